@@ -2,7 +2,6 @@
 
 use std::fmt::{self, Display, Formatter};
 
-use glam::DVec2;
 use thiserror::Error;
 
 use super::derivative::{self, Derivatives};
@@ -10,9 +9,9 @@ use super::local::VariedDragon;
 use super::pitch::{PitchError, PitchLimit, SmallestPitch, smallest_pitch};
 use super::{Infeasible, Setting, largest_speed_ratio, least_clearance, passage_through};
 use crate::clearance::first_contact;
-use crate::dragon::{Dimensions, DimensionsError, DragonError, FeasibleEnd, Meter, Spent};
+use crate::dragon::{DimensionsError, DragonError, FeasibleEnd, Meter, Spent};
 use crate::number::Number;
-use crate::route::{PitchFamily, Route, RouteError, SpiralSpec};
+use crate::route::{PitchFamily, Route, RouteError, RouteShape, SpiralSpec};
 
 /// A quantity that the planner calculates for a setting.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -88,6 +87,9 @@ pub enum Unanswered {
     /// The route is a path.
     #[error("a path has no pitch")]
     NoPitch,
+    /// The route is on ground that is not flat.
+    #[error("the smallest pitch is searched for on level ground only")]
+    PitchOnGround,
     /// The spiral starts inside the turning circle.
     #[error("the spiral starts inside the turning circle of {} m diameter", Number(*.0))]
     StartsInside(f64),
@@ -155,13 +157,16 @@ fn contact_time(setting: &Setting, meter: &Meter) -> Result<Answer, Unanswered> 
 /// The smallest pitch. For a turnaround: that of a spiral with the paper's number of turns at the start.
 fn pitch(setting: &Setting, turn_diameter_m: f64, meter: &Meter) -> Result<Answer, Unanswered> {
     let start_turns = setting.route.spiral().ok_or(Unanswered::NoPitch)?.start_turns;
+    if setting.route.ground.is_some() {
+        return Err(Unanswered::PitchOnGround);
+    }
     let SmallestPitch { pitch_m, limit } =
         smallest_pitch(&setting.dimensions, start_turns, turn_diameter_m, 0.0, meter)?;
     let PitchLimit::Contact(contact) = limit else {
         return Ok(Answer::at_any_speed(pitch_m, move || derivative::of_untouching_pitch(&limit)));
     };
     let plan = SpiralSpec { pitch_m, start_turns };
-    let passage = spiral_passage(plan, setting.dimensions, turn_diameter_m, meter)?;
+    let passage = spiral_passage(setting, plan, turn_diameter_m, meter)?;
     Ok(Answer::at_any_speed(pitch_m, move || derivative::of_touching_pitch(&passage, &contact)))
 }
 
@@ -169,28 +174,32 @@ fn family(setting: &Setting) -> Result<PitchFamily, RouteError> {
     setting.route.family(setting.speed_mps, setting.dimensions.links_m())
 }
 
-/// The passage. On a spiral: from the start until the head is on the circle. On a turnaround: the passage of all benches. On a
-/// path: the planned run.
+/// The passage. On a spiral: from the start until the head is on the circle. On a turnaround on level ground: the passage of all
+/// benches. On ground a turnaround is walked as planned. On a path: the planned run.
 fn passage(setting: &Setting, turn_diameter_m: f64, meter: &Meter) -> Result<VariedDragon, Unanswered> {
-    if let Some(turnaround) = setting.route.planned_turnaround(setting.speed_mps)? {
+    let is_level = setting.route.ground.is_none();
+    if let Some(turnaround) = setting.route.planned_turnaround(setting.speed_mps)?.filter(|_| is_level) {
         let dragon = passage_through(turnaround, setting.dimensions, meter)?;
-        return Ok(VariedDragon { dragon, family: PitchFamily::of_turnaround(turnaround) });
+        return Ok(VariedDragon { dragon, family: PitchFamily::of_turnaround(turnaround, turnaround.route()) });
     }
-    match setting.route.spiral() {
-        Some(spiral) => spiral_passage(spiral, setting.dimensions, turn_diameter_m, meter),
-        None => Ok(VariedDragon::new(setting.dimensions, family(setting)?, meter)?),
+    match setting.route.shape {
+        RouteShape::Spiral(spiral) => spiral_passage(setting, spiral, turn_diameter_m, meter),
+        _ => Ok(VariedDragon::new(setting.dimensions, family(setting)?, meter)?),
     }
 }
 
 fn spiral_passage(
+    setting: &Setting,
     spec: SpiralSpec,
-    dimensions: Dimensions,
     turn_diameter_m: f64,
     meter: &Meter,
 ) -> Result<VariedDragon, Unanswered> {
     Route::spiral(spec.pitch_m, spec.start_turns)?;
-    let spiral = spec.to_circle(turn_diameter_m).map_err(|_| Unanswered::StartsInside(turn_diameter_m))?;
-    let passage = VariedDragon::new(dimensions, PitchFamily::of_spiral(spiral, DVec2::ZERO), meter)?;
+    if spec.starts_inside(turn_diameter_m) {
+        return Err(Unanswered::StartsInside(turn_diameter_m));
+    }
+    let family = setting.route.lead_in(spec, turn_diameter_m, setting.dimensions.links_m())?;
+    let passage = VariedDragon::new(setting.dimensions, family, meter)?;
     Infeasible::check(&passage.dragon)?;
     Ok(passage)
 }

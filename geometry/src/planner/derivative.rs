@@ -203,11 +203,10 @@ fn end_motion(varied: &VariedDragon, travel_m: f64) -> Option<Motion> {
         Some(Motion::Held)
     } else if travel_m < end_m - TRAVEL_TOLERANCE_M {
         None
-    } else if varied.family.ends_on_circle() {
+    } else if varied.family.centre().is_some() {
         // A spiral ends at the travel at which the head is on the circle.
         Some(Motion::Bound(Local::new(varied, travel_m, 1).head_radius()))
-    } else if varied.family.is_fixed() && varied.dragon.feasible_end() == FeasibleEnd::RouteEnd {
-        // A path ends at a fixed travel.
+    } else if varied.family.ends_at_fixed_travel() && varied.dragon.feasible_end() == FeasibleEnd::RouteEnd {
         Some(Motion::Held)
     } else {
         Some(Motion::PassageEnd)

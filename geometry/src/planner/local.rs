@@ -76,8 +76,7 @@ impl<'a> Local<'a> {
         Ok(move |change| {
             let handles = self.variations(change);
             let [first, second] = [0, 1].map(|i| {
-                let (bench, link_m) = (benches[i], self.varied.dragon.dimensions().link_m(benches[i]));
-                BoardVariation::new(&boards[i], bench, link_m, &handles[bench..], change)
+                BoardVariation::new(&self.varied.dragon, benches[i], &boards[i], &handles[benches[i]..], change)
             });
             witness.variation([&boards[0], &boards[1]], [&first, &second])
         })
@@ -98,9 +97,10 @@ impl<'a> Local<'a> {
         self.of_handle(handle, |handle| handle.travel)
     }
 
-    /// Rates of the head's distance from the centre.
+    /// Rates of the head's distance from the centre of a spiral, in the plan.
     pub(super) fn head_radius(&self) -> Rates {
-        let outward = self.handles[0].position.normalize();
+        let centre = self.varied.family.centre().unwrap_or_default();
+        let outward = (self.handles[0].position - centre).normalize();
         self.of_handle(0, |handle| handle.position.dot(outward))
     }
 

@@ -11,6 +11,7 @@ use super::{Parameter, Setting};
 use crate::clearance::{ClearanceSearch, Meeting, Unfinished, first_between};
 use crate::dragon::{Board, Handle};
 use crate::formation::{Formation, Planned, Timetable};
+use crate::route::PitchFamily;
 
 /// What changes the contact of two dragons.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -57,6 +58,7 @@ pub struct MeetingSensitivity {
 struct Touching<'a> {
     planned: &'a Planned,
     setting: &'a Setting,
+    family: PitchFamily,
     /// Index of the bench that touches.
     bench: usize,
     handles: Vec<Handle>,
@@ -71,7 +73,7 @@ struct Touching<'a> {
 /// The errors of [`first_between`].
 ///
 /// # Panics
-/// Panics on ground that is not flat, and if there is not one setting for each dragon.
+/// Panics if there is not one setting for each dragon, or if its route is not that of the dragon.
 pub fn meeting_sensitivity(
     formation: &Formation,
     settings: &[Setting],
@@ -129,7 +131,9 @@ impl<'a> Touching<'a> {
     fn new(planned: &'a Planned, setting: &'a Setting, bench: usize, time_s: f64) -> Self {
         let handles: Vec<Handle> = planned.chain_at(time_s).take(bench + 2).collect();
         let board = planned.dragon.board(bench, &handles[bench], &handles[bench + 1]);
-        Self { planned, setting, bench, handles, board, speed_mps: planned.speed_mps(time_s) }
+        let family = setting.route.family(setting.speed_mps, planned.dragon.dimensions().links_m());
+        let family = family.expect("the route is planned");
+        Self { planned, setting, family, bench, handles, board, speed_mps: planned.speed_mps(time_s) }
     }
 
     /// Growth of the clearance at a fixed plan time, per unit of a parameter of this dragon, which is number `i`.
@@ -151,12 +155,9 @@ impl<'a> Touching<'a> {
 
     /// Growth of the clearance per unit of a change of this dragon.
     fn growth(&self, i: usize, change: Change, touching: &[Self; 2], witness: &Witness) -> f64 {
-        let dimensions = self.planned.dragon.dimensions();
-        let family =
-            self.setting.route.family(self.setting.speed_mps, dimensions.links_m()).expect("the route is planned");
-        let variations = handle_variations(dimensions, &family, &self.handles, change);
-        let link_m = dimensions.link_m(self.bench);
-        let own = BoardVariation::new(&self.board, self.bench, link_m, &variations[self.bench..], change);
+        let dragon = &self.planned.dragon;
+        let variations = handle_variations(dragon.dimensions(), &self.family, &self.handles, change);
+        let own = BoardVariation::new(dragon, self.bench, &self.board, &variations[self.bench..], change);
         let fixed = BoardVariation::default();
         let both = if i == 0 { [&own, &fixed] } else { [&fixed, &own] };
         witness.variation([&touching[0].board, &touching[1].board], both)

@@ -14,6 +14,7 @@ mod error;
 mod family;
 mod kernel;
 mod kinds;
+mod lifted_variation;
 mod line;
 mod on_ground;
 mod path;

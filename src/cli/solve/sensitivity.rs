@@ -7,7 +7,7 @@ use clap::{Args, ValueHint};
 use serde::Serialize;
 
 use super::figure::FigureArgs;
-use super::{WorkArgs, formation_survey, load_any_plan, require_no_cues, require_no_ground, xlsx};
+use super::{WorkArgs, formation_survey, load_any_plan, require_no_cues, xlsx};
 use crate::cli::flags::{BadInput, ConfigArgs, Format, FormatArgs, within};
 use crate::cli::in_file;
 use crate::cli::print::{Progress, print_bytes, print_json, print_line};
@@ -69,7 +69,6 @@ pub(super) fn run(args: &SensitivityArgs) -> anyhow::Result<()> {
         PlanDocument::Formation(document) => return formation_survey::sensitivity(args, &document),
     };
     args.figure.keep_drawing(config.document())?;
-    in_file(&args.config, require_no_ground(&config, "solve sensitivity"))?;
     in_file(&args.config, require_no_cues(config.cues(), "solve sensitivity"))?;
     let sensitivity = sensitivity(&config, args)?;
     let progress = Progress::new("answers", sensitivity.questions() as f64);
