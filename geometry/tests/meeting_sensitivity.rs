@@ -60,8 +60,8 @@ fn assert_derivatives(plans: &[Plan; 2]) {
     let settings = plans.each_ref().map(|plan| plan.setting.clone());
     let found = meeting_sensitivity(&formation, &settings, [0.0, 60.0]).expect("little work").expect("they meet");
     assert!((found.meeting.time_s - contact_s(plans)).abs() < 1e-9);
-    let pitches = plans.iter().filter(|plan| plan.setting.has(Parameter::Pitch)).count();
-    assert_eq!(found.rates.len(), 2 * 6 + pitches);
+    let has = |plan: &Plan| Parameter::ALL.into_iter().filter(|parameter| plan.setting.has(*parameter)).count();
+    assert_eq!(found.rates.len(), 2 + has(&plans[0]) + has(&plans[1]));
     for rate in &found.rates {
         let moved = |by: f64| {
             let mut plans = plans.clone();

@@ -7,7 +7,7 @@ use thiserror::Error;
 use super::derivative::{self, Derivatives};
 use super::local::VariedDragon;
 use super::pitch::{PitchError, PitchLimit, SmallestPitch, smallest_pitch};
-use super::{Infeasible, Setting, largest_speed_ratio, least_clearance, passage_through};
+use super::{Infeasible, Parameter, Setting, largest_speed_ratio, least_clearance, passage_through};
 use crate::clearance::first_contact;
 use crate::dragon::{DimensionsError, DragonError, FeasibleEnd, Meter, Spent};
 use crate::number::Number;
@@ -99,17 +99,17 @@ pub enum Unanswered {
 }
 
 /// The value of a quantity in its unit, and functions for its derivatives with respect to each parameter, and for its value at
-/// another speed of the head.
+/// another speed or acceleration of the head.
 pub(super) struct Answer {
     pub(super) value: f64,
     pub(super) derivatives: Box<dyn Fn() -> Derivatives + Send + Sync>,
-    pub(super) at_speed: Box<dyn Fn(f64) -> f64 + Send + Sync>,
+    pub(super) timed: Box<dyn Fn(Parameter, f64) -> f64 + Send + Sync>,
 }
 
 impl Answer {
-    /// The answer of a quantity that does not depend on the speed of the head.
-    fn at_any_speed(value: f64, derivatives: impl Fn() -> Derivatives + Send + Sync + 'static) -> Self {
-        Self { value, derivatives: Box::new(derivatives), at_speed: Box::new(move |_| value) }
+    /// The answer of a quantity that does not depend on times.
+    fn at_any_time(value: f64, derivatives: impl Fn() -> Derivatives + Send + Sync + 'static) -> Self {
+        Self { value, derivatives: Box::new(derivatives), timed: Box::new(move |_, _| value) }
     }
 }
 
@@ -128,13 +128,13 @@ pub(super) fn answer(
             let closest = least_clearance(&passage.dragon, start_m, end_m, |_| ())?.ok_or(Unanswered::NoPairs)?;
             let (value, benches) = (closest.pair.clearance_m, closest.pair.benches);
             let derivatives = move || derivative::of_least_clearance(&passage, closest.travel_m, benches);
-            Ok(Answer::at_any_speed(value, derivatives))
+            Ok(Answer::at_any_time(value, derivatives))
         }
         Quantity::LargestSpeedRatio => {
             let passage = passage(setting, turn_diameter_m, meter)?;
             let largest = largest_speed_ratio(&passage.dragon)?;
             let derivatives = move || derivative::of_largest_ratio(&passage, &largest);
-            Ok(Answer::at_any_speed(largest.ratio, derivatives))
+            Ok(Answer::at_any_time(largest.ratio, derivatives))
         }
         Quantity::SmallestPitch => pitch(setting, turn_diameter_m, meter),
     }
@@ -150,8 +150,8 @@ fn contact_time(setting: &Setting, meter: &Meter) -> Result<Answer, Unanswered> 
     let derivatives = move || derivative::of_contact_time(&run, &contact, &timetable);
     let planned = setting.clone();
     // The walked interval stays that of the plan.
-    let at_speed = move |speed_mps| Setting { speed_mps, ..planned.clone() }.timetable(end_m).time_s(contact.travel_m);
-    Ok(Answer { value, derivatives: Box::new(derivatives), at_speed: Box::new(at_speed) })
+    let timed = move |parameter, value| planned.timed(parameter, value).timetable(end_m).time_s(contact.travel_m);
+    Ok(Answer { value, derivatives: Box::new(derivatives), timed: Box::new(timed) })
 }
 
 /// The smallest pitch. For a turnaround: that of a spiral with the paper's number of turns at the start.
@@ -163,11 +163,11 @@ fn pitch(setting: &Setting, turn_diameter_m: f64, meter: &Meter) -> Result<Answe
     let SmallestPitch { pitch_m, limit } =
         smallest_pitch(&setting.dimensions, start_turns, turn_diameter_m, 0.0, meter)?;
     let PitchLimit::Contact(contact) = limit else {
-        return Ok(Answer::at_any_speed(pitch_m, move || derivative::of_untouching_pitch(&limit)));
+        return Ok(Answer::at_any_time(pitch_m, move || derivative::of_untouching_pitch(&limit)));
     };
     let plan = SpiralSpec { pitch_m, start_turns };
     let passage = spiral_passage(setting, plan, turn_diameter_m, meter)?;
-    Ok(Answer::at_any_speed(pitch_m, move || derivative::of_touching_pitch(&passage, &contact)))
+    Ok(Answer::at_any_time(pitch_m, move || derivative::of_touching_pitch(&passage, &contact)))
 }
 
 fn family(setting: &Setting) -> Result<PitchFamily, RouteError> {

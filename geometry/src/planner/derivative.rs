@@ -43,14 +43,15 @@ pub(super) type Derivatives = [Result<f64, Undefined>; Parameter::ALL.len()];
 pub(super) fn of_contact_time(varied: &VariedDragon, contact: &Contact, timetable: &Timetable) -> Derivatives {
     let rates = touching_rates(varied, contact);
     let there = timetable
-        .speed_and_time_rate(contact.travel_m)
+        .time_rates(contact.travel_m)
         .ok_or(Undefined("the head brakes for the end of the run at the first contact"));
-    Parameter::ALL.map(|parameter| {
-        if parameter == Parameter::Speed {
-            return there.map(|(_, per_speed)| per_speed);
+    Parameter::ALL.map(|parameter| match parameter {
+        Parameter::Speed => Ok(there?.per_speed),
+        Parameter::Accel => Ok(there?.per_accel),
+        _ => {
+            let speed_mps = there?.speed_mps;
+            rates.map(|rates| -rates.of(parameter) / (rates.travel * speed_mps))
         }
-        let (speed_mps, _) = there?;
-        rates.map(|rates| -rates.of(parameter) / (rates.travel * speed_mps))
     })
 }
 
@@ -123,7 +124,7 @@ pub(super) fn of_untouching_pitch(limit: &PitchLimit) -> Derivatives {
 fn of_pitch(of_measure: impl Fn(Parameter) -> Result<f64, Undefined>) -> Derivatives {
     Parameter::ALL.map(|parameter| match parameter {
         Parameter::Pitch => Err(Undefined("the pitch is the answer itself and does not depend on the planned pitch")),
-        Parameter::Speed => Ok(0.0),
+        Parameter::Speed | Parameter::Accel => Ok(0.0),
         _ => of_measure(parameter),
     })
 }
@@ -293,7 +294,7 @@ mod tests {
             }
             kinks += 1;
             let derivatives = of_largest_ratio(&planned, &largest);
-            for parameter in Parameter::ALL.into_iter().filter(|parameter| *parameter != Parameter::Speed) {
+            for parameter in Parameter::ALL.into_iter().filter(|parameter| !parameter.is_of_times()) {
                 let moved = |by_m: f64| {
                     let setting = setting.with(parameter, setting.value(parameter) + by_m).expect("a small change");
                     let varied = walk(&setting);

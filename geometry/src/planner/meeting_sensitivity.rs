@@ -3,7 +3,7 @@
 //! Let c(s, t) be the clearance of the pair that touches, over the travels of both heads, and v and w their speeds. At the
 //! contact c = 0. So a parameter q changes its time T by dT/dq = −(∂c/∂q) / (∂c/∂s·v + ∂c/∂t·w), where ∂c/∂q is at a fixed time (implicit
 //! function theorem). A later start of the first dragon takes v per second from its travel, and a greater speed adds the growth of
-//! its travel at this time.
+//! its travel at this time, and so does a greater acceleration.
 
 use super::board_variation::{BoardVariation, TIE_M, Undefined, Witness};
 use super::chain_variation::{Change, handle_variations};
@@ -148,7 +148,7 @@ impl<'a> Touching<'a> {
         let along = |walked_m: f64| Ok(walked_m * self.growth(i, Change::Travel, touching, witness));
         match parameter {
             MeetingParameter::Start => along(-self.speed_mps),
-            MeetingParameter::Plan(Parameter::Speed) => along(self.walked_per_speed(time_s)?),
+            MeetingParameter::Plan(timing) if timing.is_of_times() => along(self.walked_per(timing, time_s)?),
             MeetingParameter::Plan(measure) => Ok(self.growth(i, Change::Measure(measure), touching, witness)),
         }
     }
@@ -163,24 +163,26 @@ impl<'a> Touching<'a> {
         witness.variation([&touching[0].board, &touching[1].board], both)
     }
 
-    /// Growth of the travel at a fixed time per m/s of the planned speed.
-    fn walked_per_speed(&self, time_s: f64) -> Result<f64, Undefined> {
-        let Setting { speed_mps, accel_mps2, .. } = *self.setting;
+    /// Growth of the travel at a fixed time per unit of the planned speed or acceleration.
+    fn walked_per(&self, timing: Parameter, time_s: f64) -> Result<f64, Undefined> {
         let dragon = &self.planned.dragon;
         let start_s = self.planned.timetable.start_s();
-        let travel_m = |speed_mps: f64| {
+        let travel_m = |value: f64| {
             let (from_m, to_m) = (dragon.start_travel_m(), dragon.end_travel_m());
+            let Setting { speed_mps, accel_mps2, .. } = self.setting.timed(timing, value);
             let timetable = Timetable::leaving(start_s, from_m, speed_mps, accel_mps2, to_m);
             Planned { dragon: dragon.clone(), timetable }.travel_m(time_s)
         };
-        // The travel is linear in the speed, or quadratic: such a difference is exact but for rounding.
-        let step_mps = STEP * speed_mps;
-        let [less, same, more] = [-step_mps, 0.0, step_mps].map(|by_mps| travel_m(speed_mps + by_mps));
+        // The travel is linear or quadratic in the speed, and linear in the acceleration or in 1 ÷ it: such a difference is exact
+        // but for rounding.
+        let planned = self.setting.value(timing);
+        let step = STEP * planned;
+        let [less, same, more] = [-step, 0.0, step].map(|by| travel_m(planned + by));
         let [before, after] = [same - less, more - same];
         if (after - before).abs() > 0.01 * before.abs().max(after.abs()) {
             return Err(Undefined("the head changes its ramp at the first contact"));
         }
-        Ok((more - less) / (2.0 * step_mps))
+        Ok((more - less) / (2.0 * step))
     }
 
     fn value(&self, parameter: MeetingParameter) -> f64 {
@@ -191,5 +193,5 @@ impl<'a> Touching<'a> {
     }
 }
 
-/// Part of a speed by which it is varied.
+/// Part of a speed or an acceleration by which it is varied.
 const STEP: f64 = 1e-5;

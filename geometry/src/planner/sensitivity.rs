@@ -1,6 +1,6 @@
 //! Response of the planner's answers to each parameter: over a range around the plan, and as a derivative at the plan.
 //!
-//! The speed of the head only changes times. The walked interval stays that of the plan, also on a turnaround, whose plan
+//! Speed and acceleration of the head only change times. The walked interval stays that of the plan, also on a turnaround, whose plan
 //! begins and ends at times.
 
 use super::answers::{Answer, Quantity, Unanswered, answer};
@@ -103,11 +103,11 @@ impl Sensitivity {
         Quantity::ALL.into_iter().map(response).collect()
     }
 
-    /// The calculations of the study. Speed is not varied, because its effect is known. The pitch is not varied for the
+    /// The calculations of the study. Speed and acceleration are not varied, because their effect is known. The pitch is not varied for the
     /// smallest pitch, which does not depend on it.
     fn tasks(&self) -> Vec<Task> {
         let mut tasks: Vec<Task> = Quantity::ALL.map(|quantity| Task { quantity, varied: None }).into();
-        for &parameter in self.parameters.iter().filter(|parameter| **parameter != Parameter::Speed) {
+        for &parameter in self.parameters.iter().filter(|parameter| !parameter.is_of_times()) {
             for quantity in Quantity::ALL.into_iter().filter(|quantity| !is_its_own(*quantity, parameter)) {
                 let steps = self.steps().filter(|step| *step != 0);
                 tasks.extend(steps.map(|step| Task { quantity, varied: Some((parameter, step)) }));
@@ -143,9 +143,9 @@ impl Sensitivity {
             let sampled = |step| match parameter {
                 _ if is_its_own(quantity, parameter) => Err(Unanswered::OwnPitch),
                 _ if step == 0 => value(planned),
-                Parameter::Speed => {
-                    let at_speed = |answer: &Answer| (answer.at_speed)(self.parameter_value(parameter, step));
-                    planned.as_ref().map(at_speed).map_err(Clone::clone)
+                _ if parameter.is_of_times() => {
+                    let timed = |answer: &Answer| (answer.timed)(parameter, self.parameter_value(parameter, step));
+                    planned.as_ref().map(timed).map_err(Clone::clone)
                 }
                 _ => value(found(Task { quantity, varied: Some((parameter, step)) })),
             };

@@ -25,9 +25,13 @@ impl Setting {
         Timetable::new(self.speed_mps, self.accel_mps2, self.route.start_s, end_travel_m)
     }
 
-    /// Whether the plan has a parameter. A path has no pitch.
+    /// Whether the plan has a parameter. A path has no pitch, and a head that starts at once has no acceleration.
     pub fn has(&self, parameter: Parameter) -> bool {
-        parameter != Parameter::Pitch || self.route.pitch_m().is_some()
+        match parameter {
+            Parameter::Pitch => self.route.pitch_m().is_some(),
+            Parameter::Accel => self.accel_mps2.is_some(),
+            _ => true,
+        }
     }
 
     /// The value of a parameter; NaN for one that the plan does not have.
@@ -39,6 +43,15 @@ impl Setting {
             Parameter::Width => self.dimensions.width_m(),
             Parameter::HoleOffset => self.dimensions.hole_offset_m(),
             Parameter::Speed => self.speed_mps,
+            Parameter::Accel => self.accel_mps2.unwrap_or(f64::NAN),
+        }
+    }
+
+    /// The same setting with another speed or acceleration of the head.
+    pub(super) fn timed(&self, parameter: Parameter, value: f64) -> Self {
+        match parameter {
+            Parameter::Accel => Self { accel_mps2: Some(value), ..self.clone() },
+            _ => Self { speed_mps: value, ..self.clone() },
         }
     }
 
@@ -50,7 +63,7 @@ impl Setting {
     pub fn with(&self, parameter: Parameter, value: f64) -> Result<Self, DimensionsError> {
         let mut changed = self.clone();
         match parameter {
-            Parameter::Speed => changed.speed_mps = value,
+            Parameter::Speed | Parameter::Accel => changed = self.timed(parameter, value),
             Parameter::Pitch => changed.route = self.route.with_pitch(value),
             _ => {
                 let measure = |of| if of == parameter { value } else { self.value(of) };
@@ -82,12 +95,19 @@ pub enum Parameter {
     HoleOffset,
     /// Speed of the head. It only changes times.
     Speed,
+    /// Acceleration of the head's ramps. It only changes times.
+    Accel,
 }
 
 impl Parameter {
     /// All parameters.
-    pub const ALL: [Self; 6] =
-        [Self::Pitch, Self::HeadLength, Self::BodyLength, Self::Width, Self::HoleOffset, Self::Speed];
+    pub const ALL: [Self; 7] =
+        [Self::Pitch, Self::HeadLength, Self::BodyLength, Self::Width, Self::HoleOffset, Self::Speed, Self::Accel];
+
+    /// Whether the parameter changes only the times of travels.
+    pub(super) fn is_of_times(self) -> bool {
+        matches!(self, Self::Speed | Self::Accel)
+    }
 
     /// The configuration's key of the parameter, and its name in messages.
     fn names(self) -> [&'static str; 2] {
@@ -98,6 +118,7 @@ impl Parameter {
             Self::Width => ["width_m", "width"],
             Self::HoleOffset => ["hole_offset_m", "hole offset"],
             Self::Speed => ["speed_mps", "speed"],
+            Self::Accel => ["accel_mps2", "acceleration"],
         }
     }
 
@@ -108,7 +129,11 @@ impl Parameter {
 
     /// The unit of the value.
     pub fn unit(self) -> &'static str {
-        if self == Self::Speed { "m/s" } else { "m" }
+        match self {
+            Self::Speed => "m/s",
+            Self::Accel => "m/s²",
+            _ => "m",
+        }
     }
 }
 

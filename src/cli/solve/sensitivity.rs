@@ -28,7 +28,8 @@ pub(crate) struct SensitivityArgs {
     /// Number of values on each side of the planned value, 1 to 100.
     #[arg(long, value_name = "COUNT", default_value_t = 2, allow_negative_numbers = true, value_parser = within(1..=100_u32))]
     pub(crate) steps: u32,
-    /// Parameters to vary, separated by commas: pitch, head-length, body-length, width, hole-offset, speed [default: all].
+    /// Parameters to vary, separated by commas: pitch, head-length, body-length, width, hole-offset, speed, acceleration
+    /// [default: all that the plan has].
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = parameter)]
     pub(crate) parameter: Vec<Parameter>,
     /// Diameter in metres of the circle that the head must reach on a spiral [default: the configured turnaround's, else 9].
@@ -101,10 +102,11 @@ fn sensitivity(config: &Config, args: &SensitivityArgs) -> Result<Sensitivity, B
         accel_mps2: config.tables().head.accel_mps2,
     };
     if let Some(parameter) = args.parameter.iter().find(|parameter| !setting.has(**parameter)) {
-        let kind = config.route().shape.kind();
-        return Err(BadInput(format!(
-            "--parameter is {parameter}, which a route of the kind \"{kind}\" does not have"
-        )));
+        let owner = match parameter {
+            Parameter::Accel => "a [head] without accel_mps2".to_owned(),
+            _ => format!("a route of the kind \"{}\"", config.route().shape.kind()),
+        };
+        return Err(BadInput(format!("--parameter is {parameter}, which {owner} does not have")));
     }
     let is_asked = |parameter: &Parameter| {
         setting.has(*parameter) && (args.parameter.is_empty() || args.parameter.contains(parameter))
@@ -237,7 +239,7 @@ fn columns(sensitivity: &Sensitivity, mut columns: Vec<Column>) -> Vec<Column> {
         format!("-{percent} %"),
         "as planned".to_owned(),
         format!("+{percent} %"),
-        "per m or m/s".to_owned(),
+        "per unit".to_owned(),
         "per 1 %".to_owned(),
     ];
     columns.extend(numbers.map(|title| Column::number(title, DECIMALS)));
