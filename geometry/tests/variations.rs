@@ -7,7 +7,7 @@ use bench_dragon_geometry::ground::Ground;
 use bench_dragon_geometry::planner::{
     BoardVariation, Change, HandleVariation, Parameter, Setting, Witness, handle_variations,
 };
-use bench_dragon_geometry::route::PitchFamily;
+use bench_dragon_geometry::route::RouteFamily;
 use bench_dragon_geometry::route::{Placement, RouteSpec, SpiralSpec, TurnaroundSpec};
 use glam::DVec2;
 use proptest::prelude::*;
@@ -19,7 +19,7 @@ use test_support::property::random_cases;
 /// times a fifth derivative. The chain's rounding of about 10⁻¹³ m, divided by the step, adds to it.
 const STEP_M: f64 = 3e-5;
 
-fn family(setting: &Setting) -> PitchFamily {
+fn family(setting: &Setting) -> RouteFamily {
     setting.route.family(1.0, setting.dimensions.links_m()).expect("a valid route")
 }
 
@@ -54,13 +54,16 @@ fn difference(at: [f64; 4]) -> f64 {
     (8.0 * (ahead - back) - (ahead_2 - back_2)) / (12.0 * STEP_M)
 }
 
-const CHANGES: [Change; 6] = [
+const CHANGES: [Change; 9] = [
     Change::Travel,
     Change::Measure(Parameter::Pitch),
     Change::Measure(Parameter::HeadLength),
     Change::Measure(Parameter::BodyLength),
     Change::Measure(Parameter::Width),
     Change::Measure(Parameter::HoleOffset),
+    Change::Measure(Parameter::TurnDiameter),
+    Change::Measure(Parameter::RadiusRatio),
+    Change::Measure(Parameter::TurnLine),
 ];
 
 /// Distance from a seam within which handles are not compared, because the differences would cross the seam. A handle far behind
@@ -184,13 +187,17 @@ fn on_ground(route: RouteSpec, ground: Ground) -> RouteSpec {
     RouteSpec { ground: Some(Arc::new(ground)), ..route }
 }
 
+/// Where a spiral touches a line of the map's heights, differences are not smooth; these travels are clear of it.
 #[test]
 fn spirals_on_ground_change_as_the_differences() {
     let spiral = RouteSpec::from(SpiralSpec { pitch_m: 1.1, start_turns: 8.0 });
     let placement = Placement { position: DVec2::new(1.7, -2.2), heading: 0.4 };
-    for ground in [plane(0.4, -0.3), Ground::map(hills_every(SPACING_M, [0.3, 1.1, 2.0], 0.4))] {
+    let hills = Ground::map(hills_every(SPACING_M, [0.3, 1.1, 2.0], 0.4));
+    let stands: [(_, &[f64]); 2] =
+        [(plane(0.4, -0.3), &[1.0, 50.0, 101.0, 152.7, 180.0]), (hills, &[1.0, 50.0, 101.0])];
+    for (ground, travels_m) in stands {
         let setting = setting(40, RouteSpec { placement, ..on_ground(spiral.clone(), ground) });
-        for travel_m in [1.0, 50.0, 101.0, 152.7, 180.0] {
+        for &travel_m in travels_m {
             check(&setting, travel_m);
         }
     }

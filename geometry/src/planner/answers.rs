@@ -11,7 +11,7 @@ use super::{Infeasible, Parameter, Setting, largest_speed_ratio, least_clearance
 use crate::clearance::first_contact;
 use crate::dragon::{DimensionsError, DragonError, FeasibleEnd, Meter, Spent};
 use crate::number::Number;
-use crate::route::{PitchFamily, Route, RouteError, RouteShape, SpiralSpec};
+use crate::route::{Route, RouteError, RouteFamily, RouteShape, SpiralSpec};
 
 /// A quantity that the planner calculates for a setting.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -93,6 +93,9 @@ pub enum Unanswered {
     /// The spiral starts inside the turning circle.
     #[error("the spiral starts inside the turning circle of {} m diameter", Number(*.0))]
     StartsInside(f64),
+    /// The quantity is about a spiral, the parameter about a turn.
+    #[error("the smallest pitch is that of a spiral without a turn")]
+    NoTurn,
     /// The quantity is the pitch itself.
     #[error("the pitch is the answer itself and does not depend on the planned pitch")]
     OwnPitch,
@@ -170,7 +173,7 @@ fn pitch(setting: &Setting, turn_diameter_m: f64, meter: &Meter) -> Result<Answe
     Ok(Answer::at_any_time(pitch_m, move || derivative::of_touching_pitch(&passage, &contact)))
 }
 
-fn family(setting: &Setting) -> Result<PitchFamily, RouteError> {
+fn family(setting: &Setting) -> Result<RouteFamily, RouteError> {
     setting.route.family(setting.speed_mps, setting.dimensions.links_m())
 }
 
@@ -180,7 +183,7 @@ fn passage(setting: &Setting, turn_diameter_m: f64, meter: &Meter) -> Result<Var
     let is_level = setting.route.ground.is_none();
     if let Some(turnaround) = setting.route.planned_turnaround(setting.speed_mps)?.filter(|_| is_level) {
         let dragon = passage_through(turnaround, setting.dimensions, meter)?;
-        return Ok(VariedDragon { dragon, family: PitchFamily::of_turnaround(turnaround, turnaround.route()) });
+        return Ok(VariedDragon { dragon, family: RouteFamily::of_turnaround(turnaround, turnaround.route()) });
     }
     match setting.route.shape {
         RouteShape::Spiral(spiral) => spiral_passage(setting, spiral, turn_diameter_m, meter),

@@ -9,7 +9,7 @@ use glam::{DVec2, DVec3};
 
 use super::Parameter;
 use crate::dragon::{Dimensions, Handle};
-use crate::route::PitchFamily;
+use crate::route::{RouteFamily, RouteMeasure};
 
 /// A small change of the dragon.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,6 +28,11 @@ impl Change {
             Self::Measure(Parameter::BodyLength) if bench > 0 => 1.0,
             _ => 0.0,
         }
+    }
+
+    /// The measure of the route that changes.
+    fn of_route(self) -> Option<RouteMeasure> {
+        if let Self::Measure(parameter) = self { parameter.of_route() } else { None }
     }
 
     /// Change of the width, per metre.
@@ -77,7 +82,7 @@ impl HandleVariation {
 /// At a seam, the change of the speed ratio is the one on the side of the handle's parameter.
 pub fn handle_variations(
     dimensions: &Dimensions,
-    route: &PitchFamily,
+    route: &RouteFamily,
     handles: &[Handle],
     change: Change,
 ) -> Vec<HandleVariation> {
@@ -94,21 +99,20 @@ pub fn handle_variations(
 
 /// The change of a handle, from the change of the handle before it.
 struct Step<'a> {
-    route: &'a PitchFamily,
+    route: &'a RouteFamily,
     change: Change,
 }
 
 impl Step<'_> {
     /// The change of a handle whose travel grows by `travel`.
     fn on_route(&self, handle: &Handle, travel: f64) -> HandleVariation {
-        let route = self.route.variation(handle.parameter);
-        let pitch = if self.change == Change::Measure(Parameter::Pitch) { 1.0 } else { 0.0 };
+        let route = self.route.variation(handle.parameter, self.change.of_route());
         HandleVariation {
-            position: pitch * route.position + travel * handle.tangent,
-            rise: pitch * route.rise + travel * handle.climb,
+            position: route.position + travel * handle.tangent,
+            rise: route.rise + travel * handle.climb,
             travel,
-            turn: pitch * route.turn + travel * route.curvature,
-            lift: pitch * route.lift + travel * route.bend,
+            turn: route.turn + travel * route.curvature,
+            lift: route.lift + travel * route.bend,
             speed_ratio: 0.0,
         }
     }

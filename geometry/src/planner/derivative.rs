@@ -125,6 +125,7 @@ fn of_pitch(of_measure: impl Fn(Parameter) -> Result<f64, Undefined>) -> Derivat
     Parameter::ALL.map(|parameter| match parameter {
         Parameter::Pitch => Err(Undefined("the pitch is the answer itself and does not depend on the planned pitch")),
         Parameter::Speed | Parameter::Accel => Ok(0.0),
+        _ if parameter.is_of_turn() => Err(Undefined("the smallest pitch is that of a spiral without a turn")),
         _ => of_measure(parameter),
     })
 }
@@ -179,8 +180,8 @@ impl Extremum {
                 Ok(Self { value: at(travel_m).speed_ratio(), motion: Motion::Held })
             }
             [(handle, seam)] => {
-                let seam = varied.family.seam_variations()[seam];
-                Ok(Self { value, motion: Motion::Bound(local.handle_travel(handle).less_pitch(seam)) })
+                let moved = |measure| varied.family.seam_variations(measure)[seam];
+                Ok(Self { value, motion: Motion::Bound(local.handle_travel(handle).less_on_route(moved)) })
             }
             _ => Err(Undefined("more than one handle passes a seam of the route at once")),
         }
@@ -294,7 +295,8 @@ mod tests {
             }
             kinks += 1;
             let derivatives = of_largest_ratio(&planned, &largest);
-            for parameter in Parameter::ALL.into_iter().filter(|parameter| !parameter.is_of_times()) {
+            let has = |parameter: &Parameter| setting.has(*parameter) && !parameter.is_of_times();
+            for parameter in Parameter::ALL.into_iter().filter(has) {
                 let moved = |by_m: f64| {
                     let setting = setting.with(parameter, setting.value(parameter) + by_m).expect("a small change");
                     let varied = walk(&setting);

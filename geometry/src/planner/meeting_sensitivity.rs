@@ -11,7 +11,7 @@ use super::{Parameter, Setting};
 use crate::clearance::{ClearanceSearch, Meeting, Unfinished, first_between};
 use crate::dragon::{Board, Handle};
 use crate::formation::{Formation, Planned, Timetable};
-use crate::route::PitchFamily;
+use crate::route::RouteFamily;
 
 /// What changes the contact of two dragons.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -58,7 +58,7 @@ pub struct MeetingSensitivity {
 struct Touching<'a> {
     planned: &'a Planned,
     setting: &'a Setting,
-    family: PitchFamily,
+    family: RouteFamily,
     /// Index of the bench that touches.
     bench: usize,
     handles: Vec<Handle>,

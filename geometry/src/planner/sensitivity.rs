@@ -103,12 +103,12 @@ impl Sensitivity {
         Quantity::ALL.into_iter().map(response).collect()
     }
 
-    /// The calculations of the study. Speed and acceleration are not varied, because their effect is known. The pitch is not varied for the
-    /// smallest pitch, which does not depend on it.
+    /// The calculations of the study. Speed and acceleration are not varied, because their effect is known. Neither are, for the
+    /// smallest pitch, the pitch and the measures of a turn: it does not depend on them.
     fn tasks(&self) -> Vec<Task> {
         let mut tasks: Vec<Task> = Quantity::ALL.map(|quantity| Task { quantity, varied: None }).into();
         for &parameter in self.parameters.iter().filter(|parameter| !parameter.is_of_times()) {
-            for quantity in Quantity::ALL.into_iter().filter(|quantity| !is_its_own(*quantity, parameter)) {
+            for quantity in Quantity::ALL.into_iter().filter(|quantity| unrelated(*quantity, parameter).is_none()) {
                 let steps = self.steps().filter(|step| *step != 0);
                 tasks.extend(steps.map(|step| Task { quantity, varied: Some((parameter, step)) }));
             }
@@ -141,7 +141,6 @@ impl Sensitivity {
         let derivatives = planned.as_ref().map(|answer| (answer.derivatives)());
         let curve = |&parameter: &Parameter| {
             let sampled = |step| match parameter {
-                _ if is_its_own(quantity, parameter) => Err(Unanswered::OwnPitch),
                 _ if step == 0 => value(planned),
                 _ if parameter.is_of_times() => {
                     let timed = |answer: &Answer| (answer.timed)(parameter, self.parameter_value(parameter, step));
@@ -149,7 +148,10 @@ impl Sensitivity {
                 }
                 _ => value(found(Task { quantity, varied: Some((parameter, step)) })),
             };
-            let sample = |step| Sample { parameter_value: self.parameter_value(parameter, step), value: sampled(step) };
+            let sample = |step| Sample {
+                parameter_value: self.parameter_value(parameter, step),
+                value: unrelated(quantity, parameter).map_or_else(|| sampled(step), Err),
+            };
             Curve {
                 parameter,
                 parameter_value: self.setting.value(parameter),
@@ -164,7 +166,11 @@ impl Sensitivity {
     }
 }
 
-/// Whether the quantity is the parameter itself.
-fn is_its_own(quantity: Quantity, parameter: Parameter) -> bool {
-    quantity == Quantity::SmallestPitch && parameter == Parameter::Pitch
+/// Why the quantity does not depend on the parameter: it is the parameter itself, or about another route.
+fn unrelated(quantity: Quantity, parameter: Parameter) -> Option<Unanswered> {
+    match quantity {
+        Quantity::SmallestPitch if parameter == Parameter::Pitch => Some(Unanswered::OwnPitch),
+        Quantity::SmallestPitch if parameter.is_of_turn() => Some(Unanswered::NoTurn),
+        _ => None,
+    }
 }

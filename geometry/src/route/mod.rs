@@ -37,7 +37,7 @@ pub use arc::{CircularArc, Turn};
 pub use coil::{Coil, WayOut};
 pub use crossing::{Crossing, Crossings};
 pub use error::{RADIUS_RATIO, RouteError};
-pub use family::{PitchFamily, RouteVariation};
+pub use family::{RouteFamily, RouteMeasure, RouteVariation};
 pub use line::Line;
 pub use on_ground::{GroundGap, RouteHeights};
 pub use path::PathSpec;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use glam::DVec2;
 
-use super::{PathSpec, PitchFamily, Placement, Route, RouteError, Turnaround};
+use super::{PathSpec, Placement, Route, RouteError, RouteFamily, Turnaround};
 use crate::ground::Ground;
 
 /// A planned route. Its times are show times in seconds; a [`Route`] has only travels.
@@ -173,12 +173,12 @@ impl RouteSpec {
     ///
     /// # Errors
     /// A value is out of range.
-    pub fn family(&self, head_speed_mps: f64, dragon_m: f64) -> Result<PitchFamily, RouteError> {
+    pub fn family(&self, head_speed_mps: f64, dragon_m: f64) -> Result<RouteFamily, RouteError> {
         let route = self.build(head_speed_mps, dragon_m)?;
         let family = match &self.shape {
-            RouteShape::Spiral(_) => PitchFamily::of_spiral(route, self.placement.position),
-            RouteShape::Turnaround(spec) => PitchFamily::of_turnaround(self.turnaround(spec, head_speed_mps)?, route),
-            RouteShape::Path(_) => PitchFamily::of_path(route),
+            RouteShape::Spiral(_) => RouteFamily::of_spiral(route, self.placement.position),
+            RouteShape::Turnaround(spec) => RouteFamily::of_turnaround(self.turnaround(spec, head_speed_mps)?, route),
+            RouteShape::Path(_) => RouteFamily::of_path(route),
         };
         Ok(family.on_ground(self.ground.clone()))
     }
@@ -188,14 +188,14 @@ impl RouteSpec {
     ///
     /// # Errors
     /// A value is out of range, or the spiral starts inside the circle.
-    pub(crate) fn lead_in(&self, spec: SpiralSpec, diameter_m: f64, dragon_m: f64) -> Result<PitchFamily, RouteError> {
+    pub(crate) fn lead_in(&self, spec: SpiralSpec, diameter_m: f64, dragon_m: f64) -> Result<RouteFamily, RouteError> {
         let Some(ground) = &self.ground else {
-            return Ok(PitchFamily::of_spiral(spec.to_circle(diameter_m)?, DVec2::ZERO));
+            return Ok(RouteFamily::of_spiral(spec.to_circle(diameter_m)?, DVec2::ZERO));
         };
         let spiral = Route::spiral(spec.pitch_m, spec.start_turns)?.placed(&self.placement);
         let spiral = spiral.on_ground(ground, 0.0, None, dragon_m)?;
         let end_m = spiral.travel(spec.circle_parameter(diameter_m));
-        let family = PitchFamily::of_spiral(spiral.between(0.0, end_m)?, self.placement.position);
+        let family = RouteFamily::of_spiral(spiral.between(0.0, end_m)?, self.placement.position);
         Ok(family.on_ground(self.ground.clone()))
     }
 

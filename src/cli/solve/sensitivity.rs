@@ -28,8 +28,8 @@ pub(crate) struct SensitivityArgs {
     /// Number of values on each side of the planned value, 1 to 100.
     #[arg(long, value_name = "COUNT", default_value_t = 2, allow_negative_numbers = true, value_parser = within(1..=100_u32))]
     pub(crate) steps: u32,
-    /// Parameters to vary, separated by commas: pitch, head-length, body-length, width, hole-offset, speed, acceleration
-    /// [default: all that the plan has].
+    /// Parameters to vary, separated by commas: pitch, head-length, body-length, width, hole-offset, speed, acceleration,
+    /// turn-diameter, radius-ratio, turn-line [default: all that the plan has].
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = parameter)]
     pub(crate) parameter: Vec<Parameter>,
     /// Diameter in metres of the circle that the head must reach on a spiral [default: the configured turnaround's, else 9].
@@ -104,6 +104,7 @@ fn sensitivity(config: &Config, args: &SensitivityArgs) -> Result<Sensitivity, B
     if let Some(parameter) = args.parameter.iter().find(|parameter| !setting.has(**parameter)) {
         let owner = match parameter {
             Parameter::Accel => "a [head] without accel_mps2".to_owned(),
+            Parameter::TurnLine if config.route().as_turnaround().is_some() => "a turnaround without line_m".to_owned(),
             _ => format!("a route of the kind \"{}\"", config.route().shape.kind()),
         };
         return Err(BadInput(format!("--parameter is {parameter}, which {owner} does not have")));
@@ -250,7 +251,7 @@ fn row(curve: &Curve, mut cells: Vec<Cell>) -> Vec<Cell> {
     let [low, high] = ends(curve).map(|sample| sample.value.clone().ok());
     let planned = curve.samples[curve.samples.len() / 2].value.clone().ok();
     let derivative = curve.derivative.clone().ok();
-    cells.push(format!("{} ({})", curve.parameter, curve.parameter.unit()).into());
+    cells.push(named(curve.parameter).into());
     cells.push(curve.parameter_value.into());
     let percent = derivative.map(|derivative| 0.01 * curve.parameter_value * derivative);
     cells.extend([low, planned, high, derivative, percent].map(Cell::from));
@@ -265,7 +266,7 @@ fn sample_row(response: &Response, curve: &Curve, sample: &Sample) -> Vec<Cell> 
     };
     vec![
         titled(response).into(),
-        format!("{} ({})", curve.parameter, curve.parameter.unit()).into(),
+        named(curve.parameter).into(),
         change,
         sample.parameter_value.into(),
         sample.value.clone().ok().into(),
@@ -275,6 +276,14 @@ fn sample_row(response: &Response, curve: &Curve, sample: &Sample) -> Vec<Cell> 
 
 fn ends(curve: &Curve) -> [&Sample; 2] {
     [curve.samples.first(), curve.samples.last()].map(|sample| sample.expect("a curve has samples"))
+}
+
+/// The parameter with its unit.
+fn named(parameter: Parameter) -> String {
+    match parameter.unit() {
+        "" => parameter.to_string(),
+        unit => format!("{parameter} ({unit})"),
+    }
 }
 
 fn titled(response: &Response) -> String {
