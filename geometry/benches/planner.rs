@@ -149,7 +149,7 @@ fn sensitivity(criterion: &mut Criterion) {
         speed_mps: 1.0,
         accel_mps2: None,
     };
-    let parameters = Parameter::ALL.to_vec();
+    let parameters = Parameter::ALL.into_iter().filter(|parameter| setting.has(*parameter)).collect();
     let study = Sensitivity { setting, turn_diameter_m: 9.0, range: 0.05, steps: 2, parameters };
     let values = || study.study(&Meter::unlimited(), || ()).into_iter().map(|response| response.value);
     let known = [412.473_838, 0.099_448, 1.0, 0.450_337];

@@ -14,27 +14,12 @@ use fastrand::Rng;
 use glam::{DVec2, DVec3};
 use proptest::prelude::*;
 use test_support::dragons::{boards_at, handles_at, pairs, paper_benches};
+use test_support::hills::{hills, plane};
 use test_support::property::{case_count, random_cases};
-
-fn plane(rise_x: f64, rise_y: f64) -> Ground {
-    Ground::plane(DVec2::new(rise_x, rise_y)).expect("a slope that can be walked")
-}
 
 fn spiral(ground: &Ground, pitch_m: f64, turns: f64, dragon_m: f64) -> Route {
     let spiral = Route::spiral(pitch_m, turns).expect("a valid spiral");
     spiral.on_ground(ground, 0.0, None, dragon_m).expect("ground everywhere")
-}
-
-/// A hilly map of heights every half metre, with some waves of about a metre in 10 m.
-fn hills(phases: [f64; 3], height_m: f64) -> HeightMap {
-    const COLUMNS: usize = 121;
-    let at = |i: usize| -30.0 + 0.5 * i as f64;
-    let height = |k: usize| {
-        let (x, y) = (at(k % COLUMNS), at(k / COLUMNS));
-        height_m * ((0.6 * x + phases[0]).sin() + (0.5 * y + phases[1]).cos() + 0.5 * (0.4 * (x + y) + phases[2]).sin())
-    };
-    let heights_m = (0..COLUMNS * COLUMNS).map(height).collect();
-    HeightMap::new([COLUMNS; 2], DVec2::splat(-30.0), DVec2::splat(0.5), heights_m).expect("a valid map")
 }
 
 #[test]

@@ -8,9 +8,11 @@ use std::sync::Arc;
 use bench_dragon_geometry::clearance::first_between;
 use bench_dragon_geometry::dragon::{Dimensions, Dragon};
 use bench_dragon_geometry::formation::{Formation, Planned, Timetable};
+use bench_dragon_geometry::ground::Ground;
 use bench_dragon_geometry::planner::{MeetingParameter, Parameter, Setting, meeting_sensitivity};
 use bench_dragon_geometry::route::{PathSegment, Placement, RouteShape, RouteSpec, SpiralSpec};
 use glam::DVec2;
+use test_support::hills::{hills_every, plane};
 
 use common::{path, straight};
 
@@ -58,8 +60,8 @@ fn assert_derivatives(plans: &[Plan; 2]) {
     let settings = plans.each_ref().map(|plan| plan.setting.clone());
     let found = meeting_sensitivity(&formation, &settings, [0.0, 60.0]).expect("little work").expect("they meet");
     assert!((found.meeting.time_s - contact_s(plans)).abs() < 1e-9);
-    let pitches = plans.iter().filter(|plan| plan.setting.has(Parameter::Pitch)).count();
-    assert_eq!(found.rates.len(), 2 * 6 + pitches);
+    let has = |plan: &Plan| Parameter::ALL.into_iter().filter(|parameter| plan.setting.has(*parameter)).count();
+    assert_eq!(found.rates.len(), 2 + has(&plans[0]) + has(&plans[1]));
     for rate in &found.rates {
         let moved = |by: f64| {
             let mut plans = plans.clone();
@@ -98,6 +100,23 @@ fn derivatives_of_a_contact_are_those_of_differences() {
         ground: None,
     };
     assert_derivatives(&[Plan::of(spiral, 0.0, 0.8, None), Plan::of(slanted(15.0), 0.0, 1.0, Some(0.5))]);
+}
+
+#[test]
+fn derivatives_of_a_contact_on_ground_are_those_of_differences() {
+    for ground in [plane(0.35, -0.2), Ground::map(hills_every(5.0, [0.4, 1.3, 2.9], 0.3))] {
+        let ground = Some(Arc::new(ground));
+        let slanted = straight(DVec2::new(15.0, -11.0), FRAC_PI_2 + 0.4, 40.0);
+        let spiral = RouteSpec {
+            shape: RouteShape::Spiral(SpiralSpec { pitch_m: 1.6, start_turns: 3.0 }),
+            placement: Placement { position: DVec2::new(9.0, 1.0), heading: 0.3 },
+            start_s: 0.0,
+            end_s: None,
+            ground: ground.clone(),
+        };
+        let slanted = RouteSpec { ground, ..slanted };
+        assert_derivatives(&[Plan::of(spiral, 0.0, 0.8, None), Plan::of(slanted, 0.0, 1.0, Some(0.5))]);
+    }
 }
 
 #[test]

@@ -1,12 +1,17 @@
 //! The derivatives of the planner's answers, compared with central differences of the whole solvers.
 
-use bench_dragon_geometry::dragon::{Dimensions, Meter};
+use std::sync::Arc;
+
+use bench_dragon_geometry::dragon::{Dimensions, Dragon, Meter};
+use bench_dragon_geometry::ground::Ground;
 use bench_dragon_geometry::planner::{
     Curve, NoDerivative, Parameter, Quantity, Response, Sample, Sensitivity, Setting, Undefined,
 };
-use bench_dragon_geometry::route::{PathSegment, PathSpec, RouteSpec, SpiralSpec, TurnaroundSpec};
+use bench_dragon_geometry::route::{PathSegment, PathSpec, Placement, RouteSpec, SpiralSpec, TurnaroundSpec};
+use glam::DVec2;
 use proptest::prelude::*;
-use test_support::dragons::{paper_benches, wide_paths};
+use test_support::dragons::{boards_at, handles_at, least_clearance_m, paper_benches, wide_paths};
+use test_support::hills::{hills_every, plane};
 use test_support::property::random_cases;
 
 /// Relative step of the differences. Their error is the fourth power of the step times a fifth derivative, to which every bench
@@ -20,6 +25,11 @@ const TOLERANCE: f64 = 1e-5;
 fn study(setting: Setting, parameters: &[Parameter]) -> Vec<Response> {
     let parameters = parameters.to_vec();
     Sensitivity { setting, turn_diameter_m: 9.0, range: RANGE, steps: 2, parameters }.study(&Meter::unlimited(), || ())
+}
+
+/// All parameters of a plan.
+fn all(setting: &Setting) -> Vec<Parameter> {
+    Parameter::ALL.into_iter().filter(|parameter| setting.has(*parameter)).collect()
 }
 
 /// Richardson's extrapolation of central differences.
@@ -39,7 +49,9 @@ fn check(setting: &Setting, parameters: &[Parameter]) -> usize {
             checked += 1;
             assert!(
                 (derivative - expected).abs() <= TOLERANCE * expected.abs().max(1.0),
-                "{quantity} of {setting:?} over {}: {derivative}, by differences {expected}",
+                "{quantity} of {:?} on {:?} over {}: {derivative}, by differences {expected}",
+                setting.dimensions,
+                setting.route.shape,
                 curve.parameter
             );
         }
@@ -60,9 +72,7 @@ proptest! {
     ) {
         let dimensions = Dimensions::new(benches, head_m, body_m, width_m, hole_m).expect("valid benches");
         let setting = Setting { dimensions, route: RouteSpec::from(path), speed_mps: 1.3, accel_mps2 };
-        let parameters: Vec<Parameter> =
-            Parameter::ALL.into_iter().filter(|parameter| setting.has(*parameter)).collect();
-        check(&setting, &parameters);
+        check(&setting, &all(&setting));
     }
 }
 
@@ -78,6 +88,78 @@ fn a_path_has_derivatives_over_all_but_the_pitch() {
     let parameters =
         [Parameter::HeadLength, Parameter::BodyLength, Parameter::Width, Parameter::HoleOffset, Parameter::Speed];
     assert_eq!(check(&setting, &parameters), 2 * 5);
+}
+
+fn on_ground(route: impl Into<RouteSpec>, ground: Ground) -> RouteSpec {
+    RouteSpec { ground: Some(Arc::new(ground)), ..route.into() }
+}
+
+/// The eight crosses itself, so that benches meet. They go on to overlap until a corner meets a corner.
+#[test]
+fn a_path_on_ground_has_derivatives_over_all_but_the_pitch() {
+    let arc = |turn| PathSegment::Arc { radius_m: 6.0, turn };
+    let line = PathSegment::Line { length_m: 12.0 };
+    let eight = PathSpec { segments: vec![line, arc(4.7), line, arc(-4.4), line], laps: None };
+    // On the map, the fastest handle may be on a line of the heights.
+    let hills = Ground::map(hills_every(5.0, [0.4, 1.3, 2.9], 0.3));
+    for (ground, answers) in [(plane(0.3, -0.2), 2), (hills, 1)] {
+        let dimensions = Dimensions::new(45, 2.4, 1.5, 0.3, 0.2).expect("valid benches");
+        let route = on_ground(eight.clone(), ground);
+        let setting = Setting { dimensions, route, speed_mps: 1.2, accel_mps2: Some(0.5) };
+        assert!(check(&setting, &all(&setting)) >= answers * 6);
+    }
+}
+
+#[test]
+fn a_spiral_on_ground_has_derivatives_about_its_own_centre() {
+    let placement = Placement { position: DVec2::new(1.7, -2.2), heading: 0.4 };
+    for ground in [plane(0.3, -0.2), Ground::map(hills_every(5.0, [0.4, 1.3, 2.9], 0.3))] {
+        let spiral = on_ground(SpiralSpec::default(), ground);
+        let setting = paper_of(60, RouteSpec { placement, ..spiral });
+        let planned = study(setting.clone(), &[]);
+        let reason = planned[3].value.clone().expect_err("ground").to_string();
+        assert_eq!(reason, "the smallest pitch is searched for on level ground only");
+        assert_eq!(check(&setting, &all(&setting)), 3 * 6);
+    }
+}
+
+/// On ground a turnaround is walked as planned, and the dragon is at its end at the same travel whatever its measures are.
+#[test]
+fn a_turnaround_on_ground_has_derivatives() {
+    let hills = Ground::map(hills_every(5.0, [0.4, 1.3, 2.9], 0.3));
+    for (ground, line_m) in [(plane(0.3, -0.2), 0.0), (hills, 2.0)] {
+        let plan = TurnaroundSpec { pitch_m: 1.9, line_m, ..TurnaroundSpec::default() };
+        let setting = paper_of(40, on_ground(plan, ground));
+        assert_eq!(check(&setting, &all(&setting)), 2 * all(&setting).len());
+    }
+}
+
+/// The least clearance and the largest ratio on ground, from poses at many travels.
+#[test]
+fn answers_on_ground_are_those_of_many_poses() {
+    let placement = Placement { position: DVec2::new(1.7, -2.2), heading: 0.4 };
+    let spiral = on_ground(SpiralSpec { pitch_m: 0.9, start_turns: 8.0 }, plane(0.5, 0.2));
+    let setting = paper_of(30, RouteSpec { placement, ..spiral });
+    let planned = study(setting.clone(), &[]);
+    let route = setting.route.build(1.0, setting.dimensions.links_m()).expect("a valid route");
+    let dragon = Dragon::new(setting.dimensions, Arc::new(route)).expect("the dragon stands");
+    let (mut least_m, mut largest, mut travel_m) = (f64::INFINITY, 0.0_f64, 0.0);
+    loop {
+        let handles = handles_at(&dragon, travel_m);
+        if handles[0].position.distance(placement.position) < 4.5 {
+            break;
+        }
+        largest = handles.iter().map(|handle| handle.speed_ratio).fold(largest, f64::max);
+        least_m = least_m.min(least_clearance_m(&boards_at(&dragon, travel_m)));
+        travel_m += 0.01;
+    }
+    assert!(travel_m > 50.0 && largest > 1.0, "{travel_m} {largest}");
+    assert!((0.0..2e-4).contains(&(least_m - value_of(&planned, Quantity::LeastClearance))), "{least_m}");
+    assert!((0.0..1e-4).contains(&(value_of(&planned, Quantity::LargestSpeedRatio) - largest)), "{largest}");
+}
+
+fn paper_of(benches: usize, route: RouteSpec) -> Setting {
+    Setting { dimensions: paper_benches(benches), ..paper(route) }
 }
 
 fn paper(route: RouteSpec) -> Setting {
@@ -98,7 +180,7 @@ fn papers_spiral_has_the_known_answers_and_their_derivatives() {
     assert!((value_of(&planned, Quantity::SmallestPitch) - 0.450_337).abs() <= 5.001e-7);
     assert_eq!(value_of(&planned, Quantity::LargestSpeedRatio), 1.0);
     // Four answers over six parameters, without the smallest pitch over the pitch.
-    assert_eq!(check(&setting, &Parameter::ALL), 4 * 6 - 1);
+    assert_eq!(check(&setting, &all(&setting)), 4 * 6 - 1);
 }
 
 #[test]
@@ -107,7 +189,8 @@ fn papers_turnaround_has_the_known_answers_and_their_derivatives() {
     let planned = study(setting.clone(), &[]);
     assert!((value_of(&planned, Quantity::LargestSpeedRatio) - 1.604_793).abs() <= 5.001e-7);
     assert!(planned[0].value.is_err(), "no benches touch");
-    assert_eq!(check(&setting, &Parameter::ALL), 3 * 6 - 1);
+    // Two answers over eight parameters, and the smallest pitch over those of the benches and the speed.
+    assert_eq!(check(&setting, &all(&setting)), 2 * 8 + 5);
 }
 
 #[test]
@@ -154,6 +237,19 @@ fn speed_changes_only_times_and_the_smallest_pitch_has_no_derivative_over_the_pi
             assert!(curves[1].samples.iter().all(|sample| sample.value.is_err()));
         }
     }
+}
+
+/// The head walks v² ÷ 2a less than without ramps while it speeds up, and needs v ÷ 2a longer.
+#[test]
+fn acceleration_changes_only_times() {
+    let setting = Setting { accel_mps2: Some(0.5), ..paper(RouteSpec::from(SpiralSpec::default())) };
+    let planned = study(setting.clone(), &[Parameter::Accel]);
+    for Response { quantity, curves, .. } in planned {
+        let expected = if quantity == Quantity::FirstContact { -0.5 / 0.25 } else { 0.0 };
+        assert_eq!(curves[0].derivative, Ok(expected), "{quantity}");
+    }
+    assert_eq!(check(&setting, &[Parameter::Accel]), 4);
+    assert!(!paper(RouteSpec::from(SpiralSpec::default())).has(Parameter::Accel));
 }
 
 #[test]

@@ -3,20 +3,23 @@
 use std::sync::Arc;
 
 use bench_dragon_geometry::dragon::{Board, Dimensions, Dragon, Handle};
+use bench_dragon_geometry::ground::Ground;
 use bench_dragon_geometry::planner::{
     BoardVariation, Change, HandleVariation, Parameter, Setting, Witness, handle_variations,
 };
-use bench_dragon_geometry::route::PitchFamily;
-use bench_dragon_geometry::route::{RouteSpec, SpiralSpec, TurnaroundSpec};
+use bench_dragon_geometry::route::RouteFamily;
+use bench_dragon_geometry::route::{Placement, RouteSpec, SpiralSpec, TurnaroundSpec};
+use glam::DVec2;
 use proptest::prelude::*;
 use test_support::dragons::{paper_benches, wide_paths};
+use test_support::hills::{hills_every, plane};
 use test_support::property::random_cases;
 
 /// Half of the difference in a parameter, in metres. The error of Richardson's extrapolation is the fourth power of the step
 /// times a fifth derivative. The chain's rounding of about 10⁻¹³ m, divided by the step, adds to it.
 const STEP_M: f64 = 3e-5;
 
-fn family(setting: &Setting) -> PitchFamily {
+fn family(setting: &Setting) -> RouteFamily {
     setting.route.family(1.0, setting.dimensions.links_m()).expect("a valid route")
 }
 
@@ -24,6 +27,7 @@ fn family(setting: &Setting) -> PitchFamily {
 struct Stand {
     handles: Vec<Handle>,
     boards: Vec<Board>,
+    dragon: Dragon,
     handle_travels_m: Vec<f64>,
 }
 
@@ -34,7 +38,7 @@ fn stand(setting: &Setting, travel_m: f64) -> Option<Stand> {
     let mut boards = Vec::new();
     dragon.place_boards(&handles, &mut boards);
     let handle_travels_m = handles.iter().map(|handle| route.travel(handle.parameter)).collect();
-    Some(Stand { handles, boards, handle_travels_m })
+    Some(Stand { handles, boards, dragon, handle_travels_m })
 }
 
 fn changed(setting: &Setting, travel_m: f64, change: Change, by: f64) -> Option<Stand> {
@@ -50,18 +54,30 @@ fn difference(at: [f64; 4]) -> f64 {
     (8.0 * (ahead - back) - (ahead_2 - back_2)) / (12.0 * STEP_M)
 }
 
-const CHANGES: [Change; 6] = [
+const CHANGES: [Change; 9] = [
     Change::Travel,
     Change::Measure(Parameter::Pitch),
     Change::Measure(Parameter::HeadLength),
     Change::Measure(Parameter::BodyLength),
     Change::Measure(Parameter::Width),
     Change::Measure(Parameter::HoleOffset),
+    Change::Measure(Parameter::TurnDiameter),
+    Change::Measure(Parameter::RadiusRatio),
+    Change::Measure(Parameter::TurnLine),
 ];
 
 /// Distance from a seam within which handles are not compared, because the differences would cross the seam. A handle far behind
 /// moves by the changes of all links before it.
 const SEAM_MARGIN_M: f64 = 0.01;
+
+/// Distance of neighbouring heights, in metres. The curvature of the ground jumps at each: they count as seams.
+const SPACING_M: f64 = 3.0;
+
+/// Whether a handle is far from the lines of a map's heights.
+fn is_within_cell(handle: &Handle) -> bool {
+    let to_line = handle.position / SPACING_M - (handle.position / SPACING_M).round();
+    to_line.abs().min_element() * SPACING_M > SEAM_MARGIN_M
+}
 
 fn check(setting: &Setting, travel_m: f64) {
     let Some(now) = stand(setting, travel_m) else { return };
@@ -77,20 +93,29 @@ fn check(setting: &Setting, travel_m: f64) {
         let variations = handle_variations(&setting.dimensions, &family, &now.handles, change);
         let clear =
             |&travel_m: &f64| route.seams().iter().all(|&seam| (travel_m - route.travel(seam)).abs() > SEAM_MARGIN_M);
-        let far_from_seams = now.handle_travels_m.iter().take_while(|travel_m| clear(travel_m)).count();
+        let has_map = setting.route.ground.as_ref().is_some_and(|ground| ground.height_map().is_some());
+        let handles = now.handle_travels_m.iter().zip(&now.handles);
+        let is_clear = |(travel_m, handle): &(&f64, &Handle)| clear(travel_m) && (!has_map || is_within_cell(handle));
+        let far_from_seams = handles.take_while(is_clear).count();
         let central = |of: &dyn Fn(&Stand) -> f64| difference([0, 1, 2, 3].map(|i| of(&around[i])));
         for (i, variation) in variations.iter().enumerate().take(far_from_seams) {
-            let what = format!("handle {i} of {setting:?} at {travel_m} m, {change:?}");
+            let what = format!(
+                "handle {i} of {:?} on {:?} at {travel_m} m, {change:?}",
+                setting.dimensions, setting.route.shape
+            );
             let near = |actual: f64, expected: f64| {
                 let allowed = 2e-6 * (1.0 + expected.abs());
                 assert!((actual - expected).abs() <= allowed, "{what}: {actual}, by differences {expected}");
             };
             near(variation.position.x, central(&|stand| stand.handles[i].position.x));
             near(variation.position.y, central(&|stand| stand.handles[i].position.y));
+            near(variation.rise, central(&|stand| stand.handles[i].height_m));
             near(variation.travel, central(&|stand| stand.handle_travels_m[i]));
             near(variation.speed_ratio, central(&|stand| stand.handles[i].speed_ratio));
             let tangent = now.handles[i].tangent;
-            near(variation.turn, central(&|stand| tangent.perp_dot(stand.handles[i].tangent)));
+            let turned = |stand: &Stand| tangent.perp_dot(stand.handles[i].tangent) / tangent.length_squared();
+            near(variation.turn, central(&turned));
+            near(variation.lift, central(&|stand| stand.handles[i].climb.asin()));
         }
         check_clearances(setting, &now, &around, &variations, change, far_from_seams);
     }
@@ -116,15 +141,13 @@ fn check_clearances(
             if !around.iter().all(same) {
                 continue;
             }
-            let rates = pair.map(|bench| {
-                let link_m = setting.dimensions.link_m(bench);
-                BoardVariation::new(&now.boards[bench], bench, link_m, &variations[bench..], change)
-            });
+            let rates = pair
+                .map(|bench| BoardVariation::new(&now.dragon, bench, &now.boards[bench], &variations[bench..], change));
             let actual = witness.variation(boards, [&rates[0], &rates[1]]);
             let clearance_m = |i: usize| around[i].boards[first].clearance(&around[i].boards[second]);
             let expected = difference([0, 1, 2, 3].map(clearance_m));
             let allowed = 2e-6 * (1.0 + expected.abs());
-            let what = format!("benches {pair:?} of {setting:?}, {change:?}");
+            let what = format!("benches {pair:?} of {:?}, {change:?}", setting.route.shape);
             assert!((actual - expected).abs() <= allowed, "{what}: {actual}, by differences {expected}");
         }
     }
@@ -160,8 +183,59 @@ fn a_turnaround_with_a_line_changes_as_the_differences() {
     }
 }
 
+fn on_ground(route: RouteSpec, ground: Ground) -> RouteSpec {
+    RouteSpec { ground: Some(Arc::new(ground)), ..route }
+}
+
+/// Where a spiral touches a line of the map's heights, differences are not smooth; these travels are clear of it.
+#[test]
+fn spirals_on_ground_change_as_the_differences() {
+    let spiral = RouteSpec::from(SpiralSpec { pitch_m: 1.1, start_turns: 8.0 });
+    let placement = Placement { position: DVec2::new(1.7, -2.2), heading: 0.4 };
+    let hills = Ground::map(hills_every(SPACING_M, [0.3, 1.1, 2.0], 0.4));
+    let stands: [(_, &[f64]); 2] =
+        [(plane(0.4, -0.3), &[1.0, 50.0, 101.0, 152.7, 180.0]), (hills, &[1.0, 50.0, 101.0])];
+    for (ground, travels_m) in stands {
+        let setting = setting(40, RouteSpec { placement, ..on_ground(spiral.clone(), ground) });
+        for &travel_m in travels_m {
+            check(&setting, travel_m);
+        }
+    }
+}
+
+#[test]
+fn turnarounds_on_ground_change_as_the_differences() {
+    for line_m in [0.0, 3.0] {
+        let plan = TurnaroundSpec { line_m, ..TurnaroundSpec::default() };
+        for ground in [plane(0.4, -0.3), Ground::map(hills_every(SPACING_M, [0.3, 1.1, 2.0], 0.4))] {
+            let setting = setting(40, on_ground(RouteSpec::from(plan), ground));
+            for travel_m in [-50.0, 2.0, 8.0, 11.0, 12.7, 14.48, 16.0, 30.0, 70.0, 99.0] {
+                check(&setting, travel_m);
+            }
+        }
+    }
+}
+
 proptest! {
     #![proptest_config(random_cases(24))]
+
+    #[test]
+    fn dragons_on_hilly_paths_change_as_the_differences(
+        path in wide_paths(1..6),
+        (head_m, body_m) in (1.5..4.0_f64, 1.5..2.5_f64),
+        (width_m, hole_m) in (0.1..0.4_f64, 0.05..0.3_f64),
+        phases in prop::array::uniform3(0.0..6.0_f64),
+        height_m in 0.05..0.4_f64,
+        share in 0.01..0.99_f64,
+    ) {
+        let dimensions = Dimensions::new(6, head_m, body_m, width_m, hole_m).expect("valid benches");
+        let travel_m = share * path.lap_m();
+        let route = on_ground(RouteSpec::from(path), Ground::map(hills_every(SPACING_M, phases, height_m)));
+        let setting = Setting { dimensions, route, speed_mps: 1.0, accel_mps2: None };
+        if setting.route.family(1.0, dimensions.links_m()).is_ok() {
+            check(&setting, travel_m);
+        }
+    }
 
     #[test]
     fn dragons_on_paths_change_as_the_differences(

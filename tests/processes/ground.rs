@@ -181,14 +181,38 @@ fn a_reader_needs_no_file_of_heights_and_has_height_pitch_and_vertical_velocity(
     server.stop();
 }
 
+/// The time of the first contact on an incline, over the pitch and the length of a bench, is that of contacts of other plans.
+#[test]
+fn sensitivity_on_ground_is_that_of_other_plans() {
+    const STEP_M: f64 = 1e-5;
+    let plan = |pitch_m: f64, body_m: f64| {
+        with(&format!(
+            "[dragon]\nbenches = 40\nbody_length_m = {body_m}\n[ground]\nrise_x = 0.3\nrise_y = -0.2\n\
+            [route]\nkind = \"spiral\"\npitch_m = {pitch_m}\n"
+        ))
+    };
+    let contact_s = |pitch_m: f64, body_m: f64| {
+        number(&answer(&plan(pitch_m, body_m), &["contact", "--config", "ground.toml"])["time_s"])
+    };
+    let flags = ["--config", "ground.toml", "--parameter", "pitch,body-length", "--steps", "1"];
+    let found = answer(&plan(0.55, 2.2), &[&["sensitivity"], &flags[..]].concat());
+    let quantity = |index: usize| &found["quantities"][index];
+    assert!((number(&quantity(0)["value"]) - contact_s(0.55, 2.2)).abs() < 1e-9, "{found}");
+    for (index, [pitch_m, body_m]) in [[STEP_M, 0.0], [0.0, STEP_M]].into_iter().enumerate() {
+        let times_s = [1.0, -1.0].map(|sign| contact_s(0.55 + sign * pitch_m, 2.2 + sign * body_m));
+        let expected = (times_s[0] - times_s[1]) / (2.0 * STEP_M);
+        let derivative = number(&quantity(0)["parameters"][index]["derivative"]);
+        assert!((derivative - expected).abs() < 1e-4 * expected.abs(), "{index}: {derivative} {expected}");
+    }
+    assert_eq!(quantity(3)["value"], Value::Null);
+    assert_eq!(quantity(3)["reason"], "the smallest pitch is searched for on level ground only");
+}
+
 #[test]
 fn questions_that_are_answered_without_ground_say_so() {
     let plane = "[ground]\nrise_x = 0.1\n";
-    for (question, name) in [
-        (&["pitch"][..], "solve pitch"),
-        (&["sensitivity"], "solve sensitivity"),
-        (&["turn", "--pitch", "1.7"], "a question about a turn"),
-    ] {
+    for (question, name) in [(&["pitch"][..], "solve pitch"), (&["turn", "--pitch", "1.7"], "a question about a turn")]
+    {
         let reason = format!("[ground] is present, must be absent for {name}");
         assert_refused(plane, question, &reason);
     }

@@ -91,6 +91,18 @@ fn with_an_acceleration_poses_profiles_and_ends_follow_the_ramps() {
     assert!((miss_s - 411.832).abs() <= 5.001e-4, "{miss_s}");
     let sensitivity = answer(&["sensitivity", "--config", &file, "--parameter", "speed", "--steps", "1"]);
     assert_six(&sensitivity["quantities"][0]["value"], 414.473_838);
+    let ramp = answer(&["sensitivity", "--config", &file, "--parameter", "acceleration", "--steps", "1"]);
+    let accel = &ramp["quantities"][0]["parameters"][0];
+    let value = accel["value"].as_f64().expect("an acceleration");
+    assert_eq!(
+        (&accel["parameter"], accel["derivative"].as_f64()),
+        (&Value::from("accel_mps2"), Some(-0.5 / (value * value)))
+    );
+    let refused = refusal(&["sensitivity", "--parameter", "acceleration"]);
+    assert!(
+        refused.contains("--parameter is acceleration, which a [head] without accel_mps2 does not have"),
+        "{refused}"
+    );
     let late = refusal(&["poses", "--config", &file, "--at", "1000"]);
     let plain = refusal(&["poses", "--at", "1000"]);
     let end_s = |told: &str| -> f64 {

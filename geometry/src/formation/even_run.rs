@@ -5,6 +5,8 @@
 //! largest acceleration it walks at the planned speed throughout. The server walks the same way. Its `motion` plans phase by
 //! phase, because commands may change the plan; a test there compares the two.
 
+use super::timetable::TimeRates;
+
 /// Travel of the head over time, at one planned speed between two ramps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct EvenRun {
@@ -143,19 +145,24 @@ impl EvenRun {
         [self.start_s, self.end_s()].into_iter().find(|&jump_s| jump_s > time_s)
     }
 
-    /// The head's speed at a travel, and the growth of [`time_s`](Self::time_s) per m/s of planned speed at fixed travel. The
-    /// growth of `time_s` per metre is 1 ÷ the speed. `None` where the head brakes for the run's end, because `time_s` there
+    /// The growth of [`time_s`](Self::time_s) at a travel. `None` where the head brakes for the run's end, because `time_s` there
     /// also depends on the travel of that end.
-    pub(super) fn speed_and_time_rate(&self, travel_m: f64) -> Option<(f64, f64)> {
+    pub(super) fn time_rates(&self, travel_m: f64) -> Option<TimeRates> {
         let Some(Ramps { accel_mps2, length_m, top_mps }) = self.ramps else {
-            return Some((self.speed_mps, -travel_m / (self.speed_mps * self.speed_mps)));
+            let per_speed = -travel_m / (self.speed_mps * self.speed_mps);
+            return Some(TimeRates { speed_mps: self.speed_mps, per_speed, per_accel: 0.0 });
         };
         let walked_m = travel_m - self.start_m;
         if walked_m < length_m {
             let speed_mps = (2.0 * accel_mps2 * walked_m).sqrt();
-            return Some((speed_mps, -self.start_s / speed_mps));
+            let (per_speed, per_accel) = (-self.start_s / speed_mps, -0.5 * speed_mps / (accel_mps2 * accel_mps2));
+            return Some(TimeRates { speed_mps, per_speed, per_accel });
         }
         let cruises = self.end_m - travel_m > length_m;
-        cruises.then(|| (top_mps, 0.5 / accel_mps2 - travel_m / (top_mps * top_mps)))
+        cruises.then(|| TimeRates {
+            speed_mps: top_mps,
+            per_speed: 0.5 / accel_mps2 - travel_m / (top_mps * top_mps),
+            per_accel: -0.5 * top_mps / (accel_mps2 * accel_mps2),
+        })
     }
 }

@@ -17,6 +17,17 @@ enum Walk {
     Pieces(Arc<PlannedWalk>),
 }
 
+/// Growth of the time at which the head reaches a travel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct TimeRates {
+    /// Speed of the head there, in m/s: the time grows by 1 ÷ the speed per metre.
+    pub(crate) speed_mps: f64,
+    /// Seconds per m/s of planned speed, at fixed travel.
+    pub(crate) per_speed: f64,
+    /// Seconds per m/s² of the ramps, at fixed travel; 0 without ramps.
+    pub(crate) per_accel: f64,
+}
+
 /// A planned change of a walk.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Change {
@@ -220,12 +231,11 @@ impl Timetable {
         }
     }
 
-    /// The head's speed at a travel, and the growth of [`time_s`](Self::time_s) per m/s of planned speed at fixed travel. The
-    /// growth of `time_s` per metre is 1 ÷ the speed. `None` for a walk with changes, and where the head brakes for the run's end,
-    /// because `time_s` there also depends on the travel of that end.
-    pub(crate) fn speed_and_time_rate(&self, travel_m: f64) -> Option<(f64, f64)> {
+    /// The growth of [`time_s`](Self::time_s) at a travel. `None` for a walk with changes, and where the head brakes for the run's
+    /// end, because `time_s` there also depends on the travel of that end.
+    pub(crate) fn time_rates(&self, travel_m: f64) -> Option<TimeRates> {
         match &self.0 {
-            Walk::Even(run) => run.speed_and_time_rate(travel_m),
+            Walk::Even(run) => run.time_rates(travel_m),
             Walk::Pieces(_) => None,
         }
     }
@@ -250,16 +260,20 @@ mod tests {
         ) {
             let with = |speed_mps| Timetable::new(speed_mps, accel_mps2, start_s, 200.0);
             let travel_m = speed_mps * start_s + part * (200.0 - speed_mps * start_s);
-            let Some((there_mps, per_speed)) = with(speed_mps).speed_and_time_rate(travel_m) else { return Ok(()) };
+            let Some(rates) = with(speed_mps).time_rates(travel_m) else { return Ok(()) };
+            let TimeRates { speed_mps: there_mps, per_speed, per_accel } = rates;
             let step = 1e-6;
-            let ends = [travel_m - step, travel_m + step].map(|travel_m| with(speed_mps).speed_and_time_rate(travel_m));
-            let near = |rates: Option<(f64, f64)>| rates.is_some_and(|rates| (rates.0 - there_mps).abs() < 1e-3);
+            let ends = [travel_m - step, travel_m + step].map(|travel_m| with(speed_mps).time_rates(travel_m));
+            let near = |rates: Option<TimeRates>| rates.is_some_and(|rates| (rates.speed_mps - there_mps).abs() < 1e-3);
             // Not across the end of a ramp, where the speed is not smooth.
             prop_assume!(ends.into_iter().all(near));
             let by_travel = with(speed_mps).time_s(travel_m + step) - with(speed_mps).time_s(travel_m - step);
             let by_speed = with(speed_mps + step).time_s(travel_m) - with(speed_mps - step).time_s(travel_m);
             prop_assert!((by_travel / (2.0 * step) * there_mps - 1.0).abs() < 1e-4);
             prop_assert!((by_speed / (2.0 * step) - per_speed).abs() < 1e-3 * (1.0 + per_speed.abs()));
+            let ramped = |by: f64| Timetable::new(speed_mps, accel_mps2.map(|accel_mps2| accel_mps2 + by), start_s, 200.0);
+            let by_accel = ramped(step).time_s(travel_m) - ramped(-step).time_s(travel_m);
+            prop_assert!((by_accel / (2.0 * step) - per_accel).abs() < 1e-3 * (1.0 + per_accel.abs()));
         }
     }
 }

@@ -8,7 +8,7 @@
 use std::collections::BTreeSet;
 use std::ops::RangeInclusive;
 
-use glam::DVec2;
+use glam::{DMat2, DVec2};
 use thiserror::Error;
 
 use super::Cell;
@@ -286,15 +286,44 @@ impl Patch {
             Form::Plane { rise } => rise.dot(position),
             Form::Bicubic(corners) => {
                 let within = (position - self.first) * self.per_m;
-                let ([x, dx], [y, dy]) = (hermite(within.x), hermite(within.y));
-                let at = |corner: &[f64; 4], i: usize, j: usize| {
-                    let [height_m, along_row_m, along_column_m, twist_m] = *corner;
-                    x[i] * (y[j] * height_m + dy[j] * along_column_m) + dx[i] * (y[j] * along_row_m + dy[j] * twist_m)
-                };
-                at(&corners[0], 0, 0) + at(&corners[1], 1, 0) + at(&corners[2], 0, 1) + at(&corners[3], 1, 1)
+                blended(corners, hermite(within.x), hermite(within.y))
             }
         }
     }
+
+    /// The slopes at a position of the cell.
+    pub(crate) fn slopes(&self, position: DVec2) -> Slopes {
+        match &self.form {
+            Form::Plane { rise } => Slopes { rise: *rise, bend: DMat2::ZERO },
+            Form::Bicubic(corners) => {
+                let within = (position - self.first) * self.per_m;
+                let [[x, dx, ddx], [y, dy, ddy]] =
+                    [within.x, within.y].map(|t| [hermite(t), hermite_slope(t), hermite_bend(t)]);
+                let rise = self.per_m * DVec2::new(blended(corners, dx, y), blended(corners, x, dy));
+                let twist = self.per_m.x * self.per_m.y * blended(corners, dx, dy);
+                let bend = self.per_m * self.per_m * DVec2::new(blended(corners, ddx, y), blended(corners, x, ddy));
+                Slopes { rise, bend: DMat2::from_cols_array(&[bend.x, twist, twist, bend.y]) }
+            }
+        }
+    }
+}
+
+/// The slopes of the ground at a position.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Slopes {
+    /// Growth of the height in metres per metre, in x and y.
+    pub(crate) rise: DVec2,
+    /// Growth of `rise` per metre, in x and y.
+    pub(crate) bend: DMat2,
+}
+
+/// The sum of the corners' values, with the weights of heights and of slopes over x, and over y.
+fn blended(corners: &[[f64; 4]; 4], [x, dx]: [[f64; 2]; 2], [y, dy]: [[f64; 2]; 2]) -> f64 {
+    let at = |corner: &[f64; 4], i: usize, j: usize| {
+        let [height_m, along_row_m, along_column_m, twist_m] = *corner;
+        x[i] * (y[j] * height_m + dy[j] * along_column_m) + dx[i] * (y[j] * along_row_m + dy[j] * twist_m)
+    };
+    at(&corners[0], 0, 0) + at(&corners[1], 1, 0) + at(&corners[2], 0, 1) + at(&corners[3], 1, 1)
 }
 
 /// The cubic polynomials that have the value 1 at 0 and at 1, and those that have the slope 1 there, and otherwise 0.
@@ -302,4 +331,16 @@ fn hermite(t: f64) -> [[f64; 2]; 2] {
     let (rest, square) = (1.0 - t, t * t);
     let value_at_end = square * (3.0 - 2.0 * t);
     [[1.0 - value_at_end, value_at_end], [t * rest * rest, -square * rest]]
+}
+
+/// The derivatives of these polynomials.
+fn hermite_slope(t: f64) -> [[f64; 2]; 2] {
+    let growth = 6.0 * t * (1.0 - t);
+    [[-growth, growth], [(1.0 - t) * (1.0 - 3.0 * t), t * (3.0 * t - 2.0)]]
+}
+
+/// Their second derivatives.
+fn hermite_bend(t: f64) -> [[f64; 2]; 2] {
+    let growth = 6.0 - 12.0 * t;
+    [[-growth, growth], [6.0 * t - 4.0, 6.0 * t - 2.0]]
 }

@@ -9,7 +9,7 @@ use crate::number::Number;
 
 pub use height_map::{HEIGHT_M, HeightMap, HeightMapError, HeightRun, MAX_HEIGHTS, SPACING_M};
 
-pub(crate) use height_map::Patch;
+pub(crate) use height_map::{Patch, Slopes};
 
 /// Steepest slope on which a dragon walks, as rise per metre: 45°.
 pub const MAX_SLOPE: f64 = 1.0;

@@ -2,17 +2,16 @@
 
 use std::fmt::{self, Display, Formatter};
 
-use glam::DVec2;
 use thiserror::Error;
 
 use super::derivative::{self, Derivatives};
 use super::local::VariedDragon;
 use super::pitch::{PitchError, PitchLimit, SmallestPitch, smallest_pitch};
-use super::{Infeasible, Setting, largest_speed_ratio, least_clearance, passage_through};
+use super::{Infeasible, Parameter, Setting, largest_speed_ratio, least_clearance, passage_through};
 use crate::clearance::first_contact;
-use crate::dragon::{Dimensions, DimensionsError, DragonError, FeasibleEnd, Meter, Spent};
+use crate::dragon::{DimensionsError, DragonError, FeasibleEnd, Meter, Spent};
 use crate::number::Number;
-use crate::route::{PitchFamily, Route, RouteError, SpiralSpec};
+use crate::route::{Route, RouteError, RouteFamily, RouteShape, SpiralSpec};
 
 /// A quantity that the planner calculates for a setting.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -88,26 +87,32 @@ pub enum Unanswered {
     /// The route is a path.
     #[error("a path has no pitch")]
     NoPitch,
+    /// The route is on ground that is not flat.
+    #[error("the smallest pitch is searched for on level ground only")]
+    PitchOnGround,
     /// The spiral starts inside the turning circle.
     #[error("the spiral starts inside the turning circle of {} m diameter", Number(*.0))]
     StartsInside(f64),
+    /// The quantity is about a spiral, the parameter about a turn.
+    #[error("the smallest pitch is that of a spiral without a turn")]
+    NoTurn,
     /// The quantity is the pitch itself.
     #[error("the pitch is the answer itself and does not depend on the planned pitch")]
     OwnPitch,
 }
 
 /// The value of a quantity in its unit, and functions for its derivatives with respect to each parameter, and for its value at
-/// another speed of the head.
+/// another speed or acceleration of the head.
 pub(super) struct Answer {
     pub(super) value: f64,
     pub(super) derivatives: Box<dyn Fn() -> Derivatives + Send + Sync>,
-    pub(super) at_speed: Box<dyn Fn(f64) -> f64 + Send + Sync>,
+    pub(super) timed: Box<dyn Fn(Parameter, f64) -> f64 + Send + Sync>,
 }
 
 impl Answer {
-    /// The answer of a quantity that does not depend on the speed of the head.
-    fn at_any_speed(value: f64, derivatives: impl Fn() -> Derivatives + Send + Sync + 'static) -> Self {
-        Self { value, derivatives: Box::new(derivatives), at_speed: Box::new(move |_| value) }
+    /// The answer of a quantity that does not depend on times.
+    fn at_any_time(value: f64, derivatives: impl Fn() -> Derivatives + Send + Sync + 'static) -> Self {
+        Self { value, derivatives: Box::new(derivatives), timed: Box::new(move |_, _| value) }
     }
 }
 
@@ -126,13 +131,13 @@ pub(super) fn answer(
             let closest = least_clearance(&passage.dragon, start_m, end_m, |_| ())?.ok_or(Unanswered::NoPairs)?;
             let (value, benches) = (closest.pair.clearance_m, closest.pair.benches);
             let derivatives = move || derivative::of_least_clearance(&passage, closest.travel_m, benches);
-            Ok(Answer::at_any_speed(value, derivatives))
+            Ok(Answer::at_any_time(value, derivatives))
         }
         Quantity::LargestSpeedRatio => {
             let passage = passage(setting, turn_diameter_m, meter)?;
             let largest = largest_speed_ratio(&passage.dragon)?;
             let derivatives = move || derivative::of_largest_ratio(&passage, &largest);
-            Ok(Answer::at_any_speed(largest.ratio, derivatives))
+            Ok(Answer::at_any_time(largest.ratio, derivatives))
         }
         Quantity::SmallestPitch => pitch(setting, turn_diameter_m, meter),
     }
@@ -148,49 +153,56 @@ fn contact_time(setting: &Setting, meter: &Meter) -> Result<Answer, Unanswered> 
     let derivatives = move || derivative::of_contact_time(&run, &contact, &timetable);
     let planned = setting.clone();
     // The walked interval stays that of the plan.
-    let at_speed = move |speed_mps| Setting { speed_mps, ..planned.clone() }.timetable(end_m).time_s(contact.travel_m);
-    Ok(Answer { value, derivatives: Box::new(derivatives), at_speed: Box::new(at_speed) })
+    let timed = move |parameter, value| planned.timed(parameter, value).timetable(end_m).time_s(contact.travel_m);
+    Ok(Answer { value, derivatives: Box::new(derivatives), timed: Box::new(timed) })
 }
 
 /// The smallest pitch. For a turnaround: that of a spiral with the paper's number of turns at the start.
 fn pitch(setting: &Setting, turn_diameter_m: f64, meter: &Meter) -> Result<Answer, Unanswered> {
     let start_turns = setting.route.spiral().ok_or(Unanswered::NoPitch)?.start_turns;
+    if setting.route.ground.is_some() {
+        return Err(Unanswered::PitchOnGround);
+    }
     let SmallestPitch { pitch_m, limit } =
         smallest_pitch(&setting.dimensions, start_turns, turn_diameter_m, 0.0, meter)?;
     let PitchLimit::Contact(contact) = limit else {
-        return Ok(Answer::at_any_speed(pitch_m, move || derivative::of_untouching_pitch(&limit)));
+        return Ok(Answer::at_any_time(pitch_m, move || derivative::of_untouching_pitch(&limit)));
     };
     let plan = SpiralSpec { pitch_m, start_turns };
-    let passage = spiral_passage(plan, setting.dimensions, turn_diameter_m, meter)?;
-    Ok(Answer::at_any_speed(pitch_m, move || derivative::of_touching_pitch(&passage, &contact)))
+    let passage = spiral_passage(setting, plan, turn_diameter_m, meter)?;
+    Ok(Answer::at_any_time(pitch_m, move || derivative::of_touching_pitch(&passage, &contact)))
 }
 
-fn family(setting: &Setting) -> Result<PitchFamily, RouteError> {
+fn family(setting: &Setting) -> Result<RouteFamily, RouteError> {
     setting.route.family(setting.speed_mps, setting.dimensions.links_m())
 }
 
-/// The passage. On a spiral: from the start until the head is on the circle. On a turnaround: the passage of all benches. On a
-/// path: the planned run.
+/// The passage. On a spiral: from the start until the head is on the circle. On a turnaround on level ground: the passage of all
+/// benches. On ground a turnaround is walked as planned. On a path: the planned run.
 fn passage(setting: &Setting, turn_diameter_m: f64, meter: &Meter) -> Result<VariedDragon, Unanswered> {
-    if let Some(turnaround) = setting.route.planned_turnaround(setting.speed_mps)? {
+    let is_level = setting.route.ground.is_none();
+    if let Some(turnaround) = setting.route.planned_turnaround(setting.speed_mps)?.filter(|_| is_level) {
         let dragon = passage_through(turnaround, setting.dimensions, meter)?;
-        return Ok(VariedDragon { dragon, family: PitchFamily::of_turnaround(turnaround) });
+        return Ok(VariedDragon { dragon, family: RouteFamily::of_turnaround(turnaround, turnaround.route()) });
     }
-    match setting.route.spiral() {
-        Some(spiral) => spiral_passage(spiral, setting.dimensions, turn_diameter_m, meter),
-        None => Ok(VariedDragon::new(setting.dimensions, family(setting)?, meter)?),
+    match setting.route.shape {
+        RouteShape::Spiral(spiral) => spiral_passage(setting, spiral, turn_diameter_m, meter),
+        _ => Ok(VariedDragon::new(setting.dimensions, family(setting)?, meter)?),
     }
 }
 
 fn spiral_passage(
+    setting: &Setting,
     spec: SpiralSpec,
-    dimensions: Dimensions,
     turn_diameter_m: f64,
     meter: &Meter,
 ) -> Result<VariedDragon, Unanswered> {
     Route::spiral(spec.pitch_m, spec.start_turns)?;
-    let spiral = spec.to_circle(turn_diameter_m).map_err(|_| Unanswered::StartsInside(turn_diameter_m))?;
-    let passage = VariedDragon::new(dimensions, PitchFamily::of_spiral(spiral, DVec2::ZERO), meter)?;
+    if spec.starts_inside(turn_diameter_m) {
+        return Err(Unanswered::StartsInside(turn_diameter_m));
+    }
+    let family = setting.route.lead_in(spec, turn_diameter_m, setting.dimensions.links_m())?;
+    let passage = VariedDragon::new(setting.dimensions, family, meter)?;
     Infeasible::check(&passage.dragon)?;
     Ok(passage)
 }

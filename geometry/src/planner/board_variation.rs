@@ -11,7 +11,7 @@ use thiserror::Error;
 
 use super::Change;
 use super::chain_variation::HandleVariation;
-use crate::dragon::Board;
+use crate::dragon::{Board, Dragon};
 
 /// Largest difference of clearances that count as equal, in metres. Contacts are exact to about 10⁻¹¹ m.
 pub(super) const TIE_M: f64 = 1e-9;
@@ -31,13 +31,22 @@ pub struct BoardVariation {
 }
 
 impl BoardVariation {
-    /// The change of a bench's board, from the changes of its handles.
-    pub fn new(board: &Board, bench: usize, link_m: f64, ends: &[HandleVariation], change: Change) -> Self {
+    /// The change of a bench's board, seen from above, from the changes of its handles.
+    ///
+    /// On ground, a share q of the link d is seen from above, and the same share of the board's length. q changes by
+    /// (h·Δ − q·∂d) / d, where h is the heading and Δ the difference of the handles' displacements in the plan.
+    pub fn new(dragon: &Dragon, bench: usize, board: &Board, ends: &[HandleVariation], change: Change) -> Self {
         let (front, rear) = (ends[0].position, ends[1].position);
+        let (link_m, share) = (dragon.dimensions().link_m(bench), dragon.seen_share(bench, board));
+        let mut half_length = 0.5 * share * change.length(bench);
+        if dragon.route().is_on_ground() {
+            let pitched = (board.heading.dot(front - rear) - share * change.link(bench)) / link_m;
+            half_length += 0.5 * dragon.dimensions().length_m(bench) * pitched;
+        }
         Self {
             centre: 0.5 * (front + rear),
-            turn: board.heading.perp_dot(front - rear) / link_m,
-            half_length: 0.5 * change.length(bench),
+            turn: board.heading.perp_dot(front - rear) / (share * link_m),
+            half_length,
             half_width: 0.5 * change.width(),
         }
     }

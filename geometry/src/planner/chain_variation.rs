@@ -5,11 +5,11 @@
 //! change of d. The head's σ is known. The equations of the links give the others one after the other, exactly (implicit
 //! function theorem).
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
 use super::Parameter;
 use crate::dragon::{Dimensions, Handle};
-use crate::route::PitchFamily;
+use crate::route::{RouteFamily, RouteMeasure};
 
 /// A small change of the dragon.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,13 +30,18 @@ impl Change {
         }
     }
 
+    /// The measure of the route that changes.
+    fn of_route(self) -> Option<RouteMeasure> {
+        if let Self::Measure(parameter) = self { parameter.of_route() } else { None }
+    }
+
     /// Change of the width, per metre.
     pub(super) fn width(self) -> f64 {
         if self == Self::Measure(Parameter::Width) { 1.0 } else { 0.0 }
     }
 
     /// Change of the length of a link, per metre.
-    fn link(self, bench: usize) -> f64 {
+    pub(super) fn link(self, bench: usize) -> f64 {
         if self == Self::Measure(Parameter::HoleOffset) { -2.0 } else { self.length(bench) }
     }
 }
@@ -44,14 +49,32 @@ impl Change {
 /// Change of a handle per unit of a [`Change`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HandleVariation {
-    /// Displacement of the handle, in metres.
+    /// Displacement of the handle in the plan, in metres.
     pub position: DVec2,
+    /// Growth of the handle's height, in metres; 0 on level ground.
+    pub rise: f64,
     /// Growth of the handle's travel, in metres.
     pub travel: f64,
-    /// Counter-clockwise rotation of the tangent, in radians.
+    /// Counter-clockwise rotation of the tangent, seen from above, in radians.
     pub turn: f64,
+    /// Growth of the tangent's angle of climb, in radians; 0 on level ground.
+    pub lift: f64,
     /// Growth of the speed ratio.
     pub speed_ratio: f64,
+}
+
+impl HandleVariation {
+    /// Displacement in space, in metres.
+    fn in_space(&self) -> DVec3 {
+        self.position.extend(self.rise)
+    }
+
+    /// Change of the handle's unit tangent in space.
+    fn tangent(&self, handle: &Handle) -> DVec3 {
+        let cosine = handle.tangent.length();
+        let pitched = -handle.climb / cosine * handle.tangent;
+        (self.turn * handle.tangent.perp() + self.lift * pitched).extend(self.lift * cosine)
+    }
 }
 
 /// The change of each of `handles`, which are the first handles of a chain, in the same order.
@@ -59,7 +82,7 @@ pub struct HandleVariation {
 /// At a seam, the change of the speed ratio is the one on the side of the handle's parameter.
 pub fn handle_variations(
     dimensions: &Dimensions,
-    route: &PitchFamily,
+    route: &RouteFamily,
     handles: &[Handle],
     change: Change,
 ) -> Vec<HandleVariation> {
@@ -76,19 +99,20 @@ pub fn handle_variations(
 
 /// The change of a handle, from the change of the handle before it.
 struct Step<'a> {
-    route: &'a PitchFamily,
+    route: &'a RouteFamily,
     change: Change,
 }
 
 impl Step<'_> {
     /// The change of a handle whose travel grows by `travel`.
     fn on_route(&self, handle: &Handle, travel: f64) -> HandleVariation {
-        let route = self.route.variation(handle.parameter);
-        let pitch = if self.change == Change::Measure(Parameter::Pitch) { 1.0 } else { 0.0 };
+        let route = self.route.variation(handle.parameter, self.change.of_route());
         HandleVariation {
-            position: pitch * route.position + travel * handle.tangent,
+            position: route.position + travel * handle.tangent,
+            rise: route.rise + travel * handle.climb,
             travel,
-            turn: pitch * route.turn + travel * route.curvature,
+            turn: route.turn + travel * route.curvature,
+            lift: route.lift + travel * route.bend,
             speed_ratio: 0.0,
         }
     }
@@ -101,19 +125,39 @@ impl Step<'_> {
         link_m: f64,
         bench: usize,
     ) -> HandleVariation {
-        let heading = (front.position - rear.position) / link_m;
+        let heading = (front.in_space() - rear.in_space()) / link_m;
         let held = self.on_route(rear, 0.0);
-        let gain = (front_variation.position - held.position).dot(heading) - self.change.link(bench);
-        let mut variation = self.on_route(rear, gain / rear.tangent.dot(heading));
+        let gain = (front_variation.in_space() - held.in_space()).dot(heading) - self.change.link(bench);
+        let mut variation = self.on_route(rear, gain / rear.tangent.extend(rear.climb).dot(heading));
 
         // The ratio of the two speeds is cos(front tangent, heading) ÷ cos(rear tangent, heading).
-        let heading_turn = heading.perp_dot(front_variation.position - variation.position) / link_m;
-        let logarithm = |handle: &Handle, turn: f64| {
-            let angle_tangent = heading.perp_dot(handle.tangent) / heading.dot(handle.tangent);
-            -angle_tangent * (turn - heading_turn)
+        let ends = [(front, front_variation), (rear, &variation)];
+        let [front_cosine, rear_cosine] = if self.route.route().is_on_ground() {
+            cosines_in_space(ends, heading, link_m)
+        } else {
+            cosines_in_plan(ends, heading.truncate(), link_m)
         };
-        let link_ratio = logarithm(front, front_variation.turn) - logarithm(rear, variation.turn);
+        let link_ratio = front_cosine - rear_cosine;
         variation.speed_ratio = rear.speed_ratio * (front_variation.speed_ratio / front.speed_ratio + link_ratio);
         variation
     }
+}
+
+/// Changes of the logarithms of cos(tangent, heading) at both ends of a link, on level ground.
+fn cosines_in_plan(ends: [(&Handle, &HandleVariation); 2], heading: DVec2, link_m: f64) -> [f64; 2] {
+    let heading_turn = heading.perp_dot(ends[0].1.position - ends[1].1.position) / link_m;
+    ends.map(|(handle, variation)| {
+        let angle_tangent = heading.perp_dot(handle.tangent) / heading.dot(handle.tangent);
+        -angle_tangent * (variation.turn - heading_turn)
+    })
+}
+
+/// The same in space. Of the difference of the displacements, the part along the heading is the change of the link's length.
+fn cosines_in_space(ends: [(&Handle, &HandleVariation); 2], heading: DVec3, link_m: f64) -> [f64; 2] {
+    let displaced = ends[0].1.in_space() - ends[1].1.in_space();
+    let heading_change = (displaced - displaced.dot(heading) * heading) / link_m;
+    ends.map(|(handle, variation)| {
+        let tangent = handle.tangent.extend(handle.climb);
+        (variation.tangent(handle).dot(heading) + tangent.dot(heading_change)) / tangent.dot(heading)
+    })
 }

@@ -43,14 +43,15 @@ pub(super) type Derivatives = [Result<f64, Undefined>; Parameter::ALL.len()];
 pub(super) fn of_contact_time(varied: &VariedDragon, contact: &Contact, timetable: &Timetable) -> Derivatives {
     let rates = touching_rates(varied, contact);
     let there = timetable
-        .speed_and_time_rate(contact.travel_m)
+        .time_rates(contact.travel_m)
         .ok_or(Undefined("the head brakes for the end of the run at the first contact"));
-    Parameter::ALL.map(|parameter| {
-        if parameter == Parameter::Speed {
-            return there.map(|(_, per_speed)| per_speed);
+    Parameter::ALL.map(|parameter| match parameter {
+        Parameter::Speed => Ok(there?.per_speed),
+        Parameter::Accel => Ok(there?.per_accel),
+        _ => {
+            let speed_mps = there?.speed_mps;
+            rates.map(|rates| -rates.of(parameter) / (rates.travel * speed_mps))
         }
-        let (speed_mps, _) = there?;
-        rates.map(|rates| -rates.of(parameter) / (rates.travel * speed_mps))
     })
 }
 
@@ -123,7 +124,8 @@ pub(super) fn of_untouching_pitch(limit: &PitchLimit) -> Derivatives {
 fn of_pitch(of_measure: impl Fn(Parameter) -> Result<f64, Undefined>) -> Derivatives {
     Parameter::ALL.map(|parameter| match parameter {
         Parameter::Pitch => Err(Undefined("the pitch is the answer itself and does not depend on the planned pitch")),
-        Parameter::Speed => Ok(0.0),
+        Parameter::Speed | Parameter::Accel => Ok(0.0),
+        _ if parameter.is_of_turn() => Err(Undefined("the smallest pitch is that of a spiral without a turn")),
         _ => of_measure(parameter),
     })
 }
@@ -178,8 +180,8 @@ impl Extremum {
                 Ok(Self { value: at(travel_m).speed_ratio(), motion: Motion::Held })
             }
             [(handle, seam)] => {
-                let seam = varied.family.seam_variations()[seam];
-                Ok(Self { value, motion: Motion::Bound(local.handle_travel(handle).less_pitch(seam)) })
+                let moved = |measure| varied.family.seam_variations(measure)[seam];
+                Ok(Self { value, motion: Motion::Bound(local.handle_travel(handle).less_on_route(moved)) })
             }
             _ => Err(Undefined("more than one handle passes a seam of the route at once")),
         }
@@ -203,11 +205,10 @@ fn end_motion(varied: &VariedDragon, travel_m: f64) -> Option<Motion> {
         Some(Motion::Held)
     } else if travel_m < end_m - TRAVEL_TOLERANCE_M {
         None
-    } else if varied.family.ends_on_circle() {
+    } else if varied.family.centre().is_some() {
         // A spiral ends at the travel at which the head is on the circle.
         Some(Motion::Bound(Local::new(varied, travel_m, 1).head_radius()))
-    } else if varied.family.is_fixed() && varied.dragon.feasible_end() == FeasibleEnd::RouteEnd {
-        // A path ends at a fixed travel.
+    } else if varied.family.ends_at_fixed_travel() && varied.dragon.feasible_end() == FeasibleEnd::RouteEnd {
         Some(Motion::Held)
     } else {
         Some(Motion::PassageEnd)
@@ -294,7 +295,8 @@ mod tests {
             }
             kinks += 1;
             let derivatives = of_largest_ratio(&planned, &largest);
-            for parameter in Parameter::ALL.into_iter().filter(|parameter| *parameter != Parameter::Speed) {
+            let has = |parameter: &Parameter| setting.has(*parameter) && !parameter.is_of_times();
+            for parameter in Parameter::ALL.into_iter().filter(has) {
                 let moved = |by_m: f64| {
                     let setting = setting.with(parameter, setting.value(parameter) + by_m).expect("a small change");
                     let varied = walk(&setting);

@@ -6,19 +6,19 @@ use super::Parameter;
 use super::board_variation::{BoardVariation, Undefined, Witness};
 use super::chain_variation::{Change, HandleVariation, handle_variations};
 use crate::dragon::{Board, Dimensions, Dragon, DragonError, Handle, Meter};
-use crate::route::PitchFamily;
+use crate::route::{RouteFamily, RouteMeasure};
 
 /// A dragon on a route that belongs to a family over the pitch.
 #[derive(Clone, Debug)]
 pub(super) struct VariedDragon {
     pub(super) dragon: Dragon,
     /// The family of the dragon's route.
-    pub(super) family: PitchFamily,
+    pub(super) family: RouteFamily,
 }
 
 impl VariedDragon {
     /// The dragon on the family's route. The meter counts all work for it.
-    pub(super) fn new(dimensions: Dimensions, family: PitchFamily, meter: &Meter) -> Result<Self, DragonError> {
+    pub(super) fn new(dimensions: Dimensions, family: RouteFamily, meter: &Meter) -> Result<Self, DragonError> {
         Ok(Self { dragon: Dragon::with_meter(dimensions, Arc::clone(family.route()), meter.clone())?, family })
     }
 }
@@ -38,9 +38,11 @@ impl Rates {
         self.measures[parameter as usize]
     }
 
-    /// The rates of this number minus another one that changes only with the pitch, by `rate` per metre.
-    pub(super) fn less_pitch(mut self, rate: f64) -> Self {
-        self.measures[Parameter::Pitch as usize] -= rate;
+    /// The rates of this number minus another one that changes only with the measures of the route.
+    pub(super) fn less_on_route(mut self, rate: impl Fn(RouteMeasure) -> f64) -> Self {
+        for parameter in Parameter::ALL {
+            self.measures[parameter as usize] -= parameter.of_route().map_or(0.0, &rate);
+        }
         self
     }
 
@@ -76,8 +78,7 @@ impl<'a> Local<'a> {
         Ok(move |change| {
             let handles = self.variations(change);
             let [first, second] = [0, 1].map(|i| {
-                let (bench, link_m) = (benches[i], self.varied.dragon.dimensions().link_m(benches[i]));
-                BoardVariation::new(&boards[i], bench, link_m, &handles[bench..], change)
+                BoardVariation::new(&self.varied.dragon, benches[i], &boards[i], &handles[benches[i]..], change)
             });
             witness.variation([&boards[0], &boards[1]], [&first, &second])
         })
@@ -98,9 +99,10 @@ impl<'a> Local<'a> {
         self.of_handle(handle, |handle| handle.travel)
     }
 
-    /// Rates of the head's distance from the centre.
+    /// Rates of the head's distance from the centre of a spiral, in the plan.
     pub(super) fn head_radius(&self) -> Rates {
-        let outward = self.handles[0].position.normalize();
+        let centre = self.varied.family.centre().unwrap_or_default();
+        let outward = (self.handles[0].position - centre).normalize();
         self.of_handle(0, |handle| handle.position.dot(outward))
     }
 

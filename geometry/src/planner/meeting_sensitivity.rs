@@ -3,7 +3,7 @@
 //! Let c(s, t) be the clearance of the pair that touches, over the travels of both heads, and v and w their speeds. At the
 //! contact c = 0. So a parameter q changes its time T by dT/dq = −(∂c/∂q) / (∂c/∂s·v + ∂c/∂t·w), where ∂c/∂q is at a fixed time (implicit
 //! function theorem). A later start of the first dragon takes v per second from its travel, and a greater speed adds the growth of
-//! its travel at this time.
+//! its travel at this time, and so does a greater acceleration.
 
 use super::board_variation::{BoardVariation, TIE_M, Undefined, Witness};
 use super::chain_variation::{Change, handle_variations};
@@ -11,6 +11,7 @@ use super::{Parameter, Setting};
 use crate::clearance::{ClearanceSearch, Meeting, Unfinished, first_between};
 use crate::dragon::{Board, Handle};
 use crate::formation::{Formation, Planned, Timetable};
+use crate::route::RouteFamily;
 
 /// What changes the contact of two dragons.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -57,6 +58,7 @@ pub struct MeetingSensitivity {
 struct Touching<'a> {
     planned: &'a Planned,
     setting: &'a Setting,
+    family: RouteFamily,
     /// Index of the bench that touches.
     bench: usize,
     handles: Vec<Handle>,
@@ -71,7 +73,7 @@ struct Touching<'a> {
 /// The errors of [`first_between`].
 ///
 /// # Panics
-/// Panics on ground that is not flat, and if there is not one setting for each dragon.
+/// Panics if there is not one setting for each dragon, or if its route is not that of the dragon.
 pub fn meeting_sensitivity(
     formation: &Formation,
     settings: &[Setting],
@@ -129,7 +131,9 @@ impl<'a> Touching<'a> {
     fn new(planned: &'a Planned, setting: &'a Setting, bench: usize, time_s: f64) -> Self {
         let handles: Vec<Handle> = planned.chain_at(time_s).take(bench + 2).collect();
         let board = planned.dragon.board(bench, &handles[bench], &handles[bench + 1]);
-        Self { planned, setting, bench, handles, board, speed_mps: planned.speed_mps(time_s) }
+        let family = setting.route.family(setting.speed_mps, planned.dragon.dimensions().links_m());
+        let family = family.expect("the route is planned");
+        Self { planned, setting, family, bench, handles, board, speed_mps: planned.speed_mps(time_s) }
     }
 
     /// Growth of the clearance at a fixed plan time, per unit of a parameter of this dragon, which is number `i`.
@@ -144,42 +148,41 @@ impl<'a> Touching<'a> {
         let along = |walked_m: f64| Ok(walked_m * self.growth(i, Change::Travel, touching, witness));
         match parameter {
             MeetingParameter::Start => along(-self.speed_mps),
-            MeetingParameter::Plan(Parameter::Speed) => along(self.walked_per_speed(time_s)?),
+            MeetingParameter::Plan(timing) if timing.is_of_times() => along(self.walked_per(timing, time_s)?),
             MeetingParameter::Plan(measure) => Ok(self.growth(i, Change::Measure(measure), touching, witness)),
         }
     }
 
     /// Growth of the clearance per unit of a change of this dragon.
     fn growth(&self, i: usize, change: Change, touching: &[Self; 2], witness: &Witness) -> f64 {
-        let dimensions = self.planned.dragon.dimensions();
-        let family =
-            self.setting.route.family(self.setting.speed_mps, dimensions.links_m()).expect("the route is planned");
-        let variations = handle_variations(dimensions, &family, &self.handles, change);
-        let link_m = dimensions.link_m(self.bench);
-        let own = BoardVariation::new(&self.board, self.bench, link_m, &variations[self.bench..], change);
+        let dragon = &self.planned.dragon;
+        let variations = handle_variations(dragon.dimensions(), &self.family, &self.handles, change);
+        let own = BoardVariation::new(dragon, self.bench, &self.board, &variations[self.bench..], change);
         let fixed = BoardVariation::default();
         let both = if i == 0 { [&own, &fixed] } else { [&fixed, &own] };
         witness.variation([&touching[0].board, &touching[1].board], both)
     }
 
-    /// Growth of the travel at a fixed time per m/s of the planned speed.
-    fn walked_per_speed(&self, time_s: f64) -> Result<f64, Undefined> {
-        let Setting { speed_mps, accel_mps2, .. } = *self.setting;
+    /// Growth of the travel at a fixed time per unit of the planned speed or acceleration.
+    fn walked_per(&self, timing: Parameter, time_s: f64) -> Result<f64, Undefined> {
         let dragon = &self.planned.dragon;
         let start_s = self.planned.timetable.start_s();
-        let travel_m = |speed_mps: f64| {
+        let travel_m = |value: f64| {
             let (from_m, to_m) = (dragon.start_travel_m(), dragon.end_travel_m());
+            let Setting { speed_mps, accel_mps2, .. } = self.setting.timed(timing, value);
             let timetable = Timetable::leaving(start_s, from_m, speed_mps, accel_mps2, to_m);
             Planned { dragon: dragon.clone(), timetable }.travel_m(time_s)
         };
-        // The travel is linear in the speed, or quadratic: such a difference is exact but for rounding.
-        let step_mps = STEP * speed_mps;
-        let [less, same, more] = [-step_mps, 0.0, step_mps].map(|by_mps| travel_m(speed_mps + by_mps));
+        // The travel is linear or quadratic in the speed, and linear in the acceleration or in 1 ÷ it: such a difference is exact
+        // but for rounding.
+        let planned = self.setting.value(timing);
+        let step = STEP * planned;
+        let [less, same, more] = [-step, 0.0, step].map(|by| travel_m(planned + by));
         let [before, after] = [same - less, more - same];
         if (after - before).abs() > 0.01 * before.abs().max(after.abs()) {
             return Err(Undefined("the head changes its ramp at the first contact"));
         }
-        Ok((more - less) / (2.0 * step_mps))
+        Ok((more - less) / (2.0 * step))
     }
 
     fn value(&self, parameter: MeetingParameter) -> f64 {
@@ -190,5 +193,5 @@ impl<'a> Touching<'a> {
     }
 }
 
-/// Part of a speed by which it is varied.
+/// Part of a speed or an acceleration by which it is varied.
 const STEP: f64 = 1e-5;

@@ -1,6 +1,6 @@
 //! Response of the planner's answers to each parameter: over a range around the plan, and as a derivative at the plan.
 //!
-//! The speed of the head only changes times. The walked interval stays that of the plan, also on a turnaround, whose plan
+//! Speed and acceleration of the head only change times. The walked interval stays that of the plan, also on a turnaround, whose plan
 //! begins and ends at times.
 
 use super::answers::{Answer, Quantity, Unanswered, answer};
@@ -103,12 +103,12 @@ impl Sensitivity {
         Quantity::ALL.into_iter().map(response).collect()
     }
 
-    /// The calculations of the study. Speed is not varied, because its effect is known. The pitch is not varied for the
-    /// smallest pitch, which does not depend on it.
+    /// The calculations of the study. Speed and acceleration are not varied, because their effect is known. Neither are, for the
+    /// smallest pitch, the pitch and the measures of a turn: it does not depend on them.
     fn tasks(&self) -> Vec<Task> {
         let mut tasks: Vec<Task> = Quantity::ALL.map(|quantity| Task { quantity, varied: None }).into();
-        for &parameter in self.parameters.iter().filter(|parameter| **parameter != Parameter::Speed) {
-            for quantity in Quantity::ALL.into_iter().filter(|quantity| !is_its_own(*quantity, parameter)) {
+        for &parameter in self.parameters.iter().filter(|parameter| !parameter.is_of_times()) {
+            for quantity in Quantity::ALL.into_iter().filter(|quantity| unrelated(*quantity, parameter).is_none()) {
                 let steps = self.steps().filter(|step| *step != 0);
                 tasks.extend(steps.map(|step| Task { quantity, varied: Some((parameter, step)) }));
             }
@@ -141,15 +141,17 @@ impl Sensitivity {
         let derivatives = planned.as_ref().map(|answer| (answer.derivatives)());
         let curve = |&parameter: &Parameter| {
             let sampled = |step| match parameter {
-                _ if is_its_own(quantity, parameter) => Err(Unanswered::OwnPitch),
                 _ if step == 0 => value(planned),
-                Parameter::Speed => {
-                    let at_speed = |answer: &Answer| (answer.at_speed)(self.parameter_value(parameter, step));
-                    planned.as_ref().map(at_speed).map_err(Clone::clone)
+                _ if parameter.is_of_times() => {
+                    let timed = |answer: &Answer| (answer.timed)(parameter, self.parameter_value(parameter, step));
+                    planned.as_ref().map(timed).map_err(Clone::clone)
                 }
                 _ => value(found(Task { quantity, varied: Some((parameter, step)) })),
             };
-            let sample = |step| Sample { parameter_value: self.parameter_value(parameter, step), value: sampled(step) };
+            let sample = |step| Sample {
+                parameter_value: self.parameter_value(parameter, step),
+                value: unrelated(quantity, parameter).map_or_else(|| sampled(step), Err),
+            };
             Curve {
                 parameter,
                 parameter_value: self.setting.value(parameter),
@@ -164,7 +166,11 @@ impl Sensitivity {
     }
 }
 
-/// Whether the quantity is the parameter itself.
-fn is_its_own(quantity: Quantity, parameter: Parameter) -> bool {
-    quantity == Quantity::SmallestPitch && parameter == Parameter::Pitch
+/// Why the quantity does not depend on the parameter: it is the parameter itself, or about another route.
+fn unrelated(quantity: Quantity, parameter: Parameter) -> Option<Unanswered> {
+    match quantity {
+        Quantity::SmallestPitch if parameter == Parameter::Pitch => Some(Unanswered::OwnPitch),
+        Quantity::SmallestPitch if parameter.is_of_turn() => Some(Unanswered::NoTurn),
+        _ => None,
+    }
 }

@@ -4,7 +4,7 @@ use std::fmt::{self, Display, Formatter};
 
 use crate::dragon::{Dimensions, DimensionsError};
 use crate::formation::Timetable;
-use crate::route::RouteSpec;
+use crate::route::{RouteMeasure, RouteShape, RouteSpec, TurnaroundSpec};
 
 /// A planned dragon and its planned route.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,13 +25,21 @@ impl Setting {
         Timetable::new(self.speed_mps, self.accel_mps2, self.route.start_s, end_travel_m)
     }
 
-    /// Whether the plan has a parameter. A path has no pitch.
+    /// Whether the plan has a parameter. A path has no pitch, and a head that starts at once has no acceleration. Only a
+    /// turnaround has the measures of a turn, and only one with a line the length of that.
     pub fn has(&self, parameter: Parameter) -> bool {
-        parameter != Parameter::Pitch || self.route.pitch_m().is_some()
+        match parameter {
+            Parameter::Pitch => self.route.pitch_m().is_some(),
+            Parameter::Accel => self.accel_mps2.is_some(),
+            Parameter::TurnDiameter | Parameter::RadiusRatio => self.route.as_turnaround().is_some(),
+            Parameter::TurnLine => self.route.as_turnaround().is_some_and(|turn| turn.line_m > 0.0),
+            _ => true,
+        }
     }
 
     /// The value of a parameter; NaN for one that the plan does not have.
     pub fn value(&self, parameter: Parameter) -> f64 {
+        let turn = |measure: fn(&TurnaroundSpec) -> f64| self.route.as_turnaround().as_ref().map_or(f64::NAN, measure);
         match parameter {
             Parameter::Pitch => self.route.pitch_m().unwrap_or(f64::NAN),
             Parameter::HeadLength => self.dimensions.head_length_m(),
@@ -39,19 +47,43 @@ impl Setting {
             Parameter::Width => self.dimensions.width_m(),
             Parameter::HoleOffset => self.dimensions.hole_offset_m(),
             Parameter::Speed => self.speed_mps,
+            Parameter::Accel => self.accel_mps2.unwrap_or(f64::NAN),
+            Parameter::TurnDiameter => turn(|turn| turn.turn_diameter_m),
+            Parameter::RadiusRatio => turn(|turn| turn.radius_ratio),
+            Parameter::TurnLine => turn(|turn| turn.line_m),
         }
     }
 
-    /// The same setting with another value of one parameter. A pitch is not checked here, but when a dragon is placed on its
-    /// route.
+    /// The route with another value of a measure of its turn, if it has one.
+    fn with_turn(&self, parameter: Parameter, value: f64) -> RouteSpec {
+        let Some(mut turn) = self.route.as_turnaround() else { return self.route.clone() };
+        match parameter {
+            Parameter::TurnDiameter => turn.turn_diameter_m = value,
+            Parameter::RadiusRatio => turn.radius_ratio = value,
+            _ => turn.line_m = value,
+        }
+        self.route.with_shape(RouteShape::Turnaround(turn))
+    }
+
+    /// The same setting with another speed or acceleration of the head.
+    pub(super) fn timed(&self, parameter: Parameter, value: f64) -> Self {
+        match parameter {
+            Parameter::Accel => Self { accel_mps2: Some(value), ..self.clone() },
+            _ => Self { speed_mps: value, ..self.clone() },
+        }
+    }
+
+    /// The same setting with another value of one parameter. A measure of the route is not checked here, but when a dragon is placed
+    /// on its route.
     ///
     /// # Errors
     /// The dimensions of the benches are invalid.
     pub fn with(&self, parameter: Parameter, value: f64) -> Result<Self, DimensionsError> {
         let mut changed = self.clone();
         match parameter {
-            Parameter::Speed => changed.speed_mps = value,
+            Parameter::Speed | Parameter::Accel => changed = self.timed(parameter, value),
             Parameter::Pitch => changed.route = self.route.with_pitch(value),
+            _ if parameter.is_of_turn() => changed.route = self.with_turn(parameter, value),
             _ => {
                 let measure = |of| if of == parameter { value } else { self.value(of) };
                 changed.dimensions = Dimensions::new(
@@ -82,12 +114,51 @@ pub enum Parameter {
     HoleOffset,
     /// Speed of the head. It only changes times.
     Speed,
+    /// Acceleration of the head's ramps. It only changes times.
+    Accel,
+    /// Diameter of a turnaround's circle.
+    TurnDiameter,
+    /// Radius of a turnaround's entry arc ÷ that of its exit arc.
+    RadiusRatio,
+    /// Length of the line between a turnaround's arcs.
+    TurnLine,
 }
 
 impl Parameter {
     /// All parameters.
-    pub const ALL: [Self; 6] =
-        [Self::Pitch, Self::HeadLength, Self::BodyLength, Self::Width, Self::HoleOffset, Self::Speed];
+    pub const ALL: [Self; 10] = [
+        Self::Pitch,
+        Self::HeadLength,
+        Self::BodyLength,
+        Self::Width,
+        Self::HoleOffset,
+        Self::Speed,
+        Self::Accel,
+        Self::TurnDiameter,
+        Self::RadiusRatio,
+        Self::TurnLine,
+    ];
+
+    /// Whether the parameter changes only the times of travels.
+    pub(super) fn is_of_times(self) -> bool {
+        matches!(self, Self::Speed | Self::Accel)
+    }
+
+    /// Whether the parameter is a measure of a turnaround's turn.
+    pub(super) fn is_of_turn(self) -> bool {
+        matches!(self, Self::TurnDiameter | Self::RadiusRatio | Self::TurnLine)
+    }
+
+    /// The measure of the route that the parameter is.
+    pub(super) fn of_route(self) -> Option<RouteMeasure> {
+        match self {
+            Self::Pitch => Some(RouteMeasure::Pitch),
+            Self::TurnDiameter => Some(RouteMeasure::TurnDiameter),
+            Self::RadiusRatio => Some(RouteMeasure::RadiusRatio),
+            Self::TurnLine => Some(RouteMeasure::TurnLine),
+            _ => None,
+        }
+    }
 
     /// The configuration's key of the parameter, and its name in messages.
     fn names(self) -> [&'static str; 2] {
@@ -98,6 +169,10 @@ impl Parameter {
             Self::Width => ["width_m", "width"],
             Self::HoleOffset => ["hole_offset_m", "hole offset"],
             Self::Speed => ["speed_mps", "speed"],
+            Self::Accel => ["accel_mps2", "acceleration"],
+            Self::TurnDiameter => ["turn_diameter_m", "turn diameter"],
+            Self::RadiusRatio => ["radius_ratio", "radius ratio"],
+            Self::TurnLine => ["line_m", "turn line"],
         }
     }
 
@@ -106,9 +181,14 @@ impl Parameter {
         self.names()[0]
     }
 
-    /// The unit of the value.
+    /// The unit of the value; empty for a ratio.
     pub fn unit(self) -> &'static str {
-        if self == Self::Speed { "m/s" } else { "m" }
+        match self {
+            Self::Speed => "m/s",
+            Self::Accel => "m/s²",
+            Self::RadiusRatio => "",
+            _ => "m",
+        }
     }
 }
 

@@ -149,6 +149,11 @@ impl Route {
         self.profile.is_some()
     }
 
+    /// The heights along a route on ground.
+    pub(super) fn profile(&self) -> &Profile {
+        self.profile.as_ref().expect("the route is on ground")
+    }
+
     /// The heights of the map under the route: those on which its heights depend. Empty on a plane.
     pub fn ground_runs(&self, ground: &Ground) -> Vec<HeightRun> {
         match (&self.profile, ground.height_map()) {

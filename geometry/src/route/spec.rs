@@ -3,7 +3,9 @@
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-use super::{PathSpec, PitchFamily, Placement, Route, RouteError, Turnaround};
+use glam::DVec2;
+
+use super::{PathSpec, Placement, Route, RouteError, RouteFamily, Turnaround};
 use crate::ground::Ground;
 
 /// A planned route. Its times are show times in seconds; a [`Route`] has only travels.
@@ -76,8 +78,18 @@ impl SpiralSpec {
     /// A value is out of range, or the spiral starts inside the circle.
     pub fn to_circle(&self, diameter_m: f64) -> Result<Route, RouteError> {
         let spiral = Route::spiral(self.pitch_m, self.start_turns)?;
-        let end_travel_m = spiral.travel(-PI * diameter_m.max(0.0) / self.pitch_m);
+        let end_travel_m = spiral.travel(self.circle_parameter(diameter_m));
         spiral.between(0.0, end_travel_m)
+    }
+
+    /// The parameter at which the spiral reaches the circle of this diameter about its centre.
+    fn circle_parameter(&self, diameter_m: f64) -> f64 {
+        -PI * diameter_m.max(0.0) / self.pitch_m
+    }
+
+    /// Whether the spiral starts inside the circle of this diameter about its centre, or on it.
+    pub(crate) fn starts_inside(&self, diameter_m: f64) -> bool {
+        diameter_m >= 2.0 * self.start_turns * self.pitch_m
     }
 }
 
@@ -161,13 +173,30 @@ impl RouteSpec {
     ///
     /// # Errors
     /// A value is out of range.
-    pub fn family(&self, head_speed_mps: f64, dragon_m: f64) -> Result<PitchFamily, RouteError> {
-        let route = || self.build(head_speed_mps, dragon_m);
-        match &self.shape {
-            RouteShape::Spiral(_) => Ok(PitchFamily::of_spiral(route()?, self.placement.position)),
-            RouteShape::Turnaround(spec) => self.turnaround(spec, head_speed_mps).map(PitchFamily::of_turnaround),
-            RouteShape::Path(_) => Ok(PitchFamily::of_path(route()?)),
-        }
+    pub fn family(&self, head_speed_mps: f64, dragon_m: f64) -> Result<RouteFamily, RouteError> {
+        let route = self.build(head_speed_mps, dragon_m)?;
+        let family = match &self.shape {
+            RouteShape::Spiral(_) => RouteFamily::of_spiral(route, self.placement.position),
+            RouteShape::Turnaround(spec) => RouteFamily::of_turnaround(self.turnaround(spec, head_speed_mps)?, route),
+            RouteShape::Path(_) => RouteFamily::of_path(route),
+        };
+        Ok(family.on_ground(self.ground.clone()))
+    }
+
+    /// A spiral on the ground of the plan, walked from its start to the circle of this diameter about its centre, by a dragon whose
+    /// links have this length together. Without ground it is about the origin. With its change over the pitch.
+    ///
+    /// # Errors
+    /// A value is out of range, or the spiral starts inside the circle.
+    pub(crate) fn lead_in(&self, spec: SpiralSpec, diameter_m: f64, dragon_m: f64) -> Result<RouteFamily, RouteError> {
+        let Some(ground) = &self.ground else {
+            return Ok(RouteFamily::of_spiral(spec.to_circle(diameter_m)?, DVec2::ZERO));
+        };
+        let spiral = Route::spiral(spec.pitch_m, spec.start_turns)?.placed(&self.placement);
+        let spiral = spiral.on_ground(ground, 0.0, None, dragon_m)?;
+        let end_m = spiral.travel(spec.circle_parameter(diameter_m));
+        let family = RouteFamily::of_spiral(spiral.between(0.0, end_m)?, self.placement.position);
+        Ok(family.on_ground(self.ground.clone()))
     }
 
     /// The planned turnaround for a head of this speed; `None` for another route.

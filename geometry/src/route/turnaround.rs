@@ -32,7 +32,7 @@ use std::f64::consts::{PI, TAU};
 use glam::DVec2;
 
 use super::capability::PlaneCurve;
-use super::family::SegmentVariation;
+use super::family::{RouteMeasure, SegmentVariation};
 use super::{CircularArc, Line, Placement, Route, RouteError, Segment, Spiral, Turn};
 
 /// Smallest radius of an arc, in metres.
@@ -215,49 +215,68 @@ impl Turnaround {
         self.placement.place(-self.unplaced_entry())
     }
 
-    /// Change of the S per metre of pitch.
+    /// Change of the S per unit of a measure.
     ///
-    /// The radius R and the line are fixed. The way in reaches the circle at θ = R/b, which falls by θ/p per metre of pitch.
-    /// The direction at the entry falls with θ and α. The sum of the radii, (1 − λ²)·R / sin α, changes by −cot α = −1/θ of
-    /// itself per radian of α. Half the angle of the arcs is ψ = α − δ, and dδ/dα = (λ·cos α + λ²) / (1 + 2λ·cos α + λ²).
-    fn turn_variation(&self) -> TurnVariation {
-        let (angle, radii_sum_m) = (self.circle_angle, self.arcs[0].radius_m() + self.arcs[1].radius_m());
-        let entry_angle = -angle / self.pitch_m;
+    /// The way in reaches the circle at θ = R/b = 2π·R/p. The direction at the entry changes with θ and α. The sum of the radii,
+    /// (1 − λ²)·R / sin α, changes by −cot α = −1/θ of itself per radian of α, and by −2λ/(1 − λ²) of itself per unit of λ. Half the
+    /// angle of the arcs is ψ = α − δ. With q = 1 + 2λ·cos α + λ², dδ/dα = (λ·cos α + λ²) / q and dδ/dλ = sin α / q. A ratio k of
+    /// the radii makes the entry arc k/(1 + k) of the sum.
+    fn turn_variation(&self, measure: RouteMeasure) -> TurnVariation {
+        let per = |other: RouteMeasure| if measure == other { 1.0 } else { 0.0 };
+        let (pitch, radius, longer) =
+            (per(RouteMeasure::Pitch), 0.5 * per(RouteMeasure::TurnDiameter), per(RouteMeasure::TurnLine));
+        let (angle, diameter_m) = (self.circle_angle, self.turn_diameter_m());
+        let [entry_radius_m, exit_radius_m] = self.arcs.map(|arc| arc.radius_m());
+        let ratio = entry_radius_m / exit_radius_m;
+        let growth = radius / (0.5 * diameter_m);
+        let entry_angle = angle * growth - angle * pitch / self.pitch_m;
         let chord_angle = entry_angle / (1.0 + angle * angle);
-        let (line, cosine) = (self.line_m / self.turn_diameter_m(), (1.0 + angle * angle).sqrt().recip());
-        let bend = line * (cosine + line) / (1.0 + 2.0 * line * cosine + line * line);
-        let arc_angle = 2.0 * (chord_angle - bend * chord_angle);
-        let scale = -chord_angle / angle;
+        let (line, cosine) = (self.line_m / diameter_m, (1.0 + angle * angle).sqrt().recip());
+        let line_change = longer / diameter_m - line * growth;
+        let square = 1.0 + 2.0 * line * cosine + line * line;
+        let bend = line * (cosine + line) / square;
+        let less_turn = bend * chord_angle + line_change * angle * cosine / square;
+        let arc_angle = 2.0 * (chord_angle - less_turn);
+        let scale = growth - 2.0 * line * line_change / (1.0 - line * line) - chord_angle / angle;
+        let exit_share = -per(RouteMeasure::RadiusRatio) / (1.0 + ratio);
         TurnVariation {
             entry_angle,
+            growth,
             turn: entry_angle + chord_angle,
             arc_angle,
             scale,
-            length: arc_angle * radii_sum_m + scale * (self.turn_length_m() - self.line_m),
+            shares: [-exit_share / ratio, exit_share],
+            length: arc_angle * (entry_radius_m + exit_radius_m)
+                + scale * (self.turn_length_m() - self.line_m)
+                + longer,
+            longer,
         }
     }
 
     /// Change of the segment that contains a point with this travel.
     ///
-    /// At a fixed angle, the spirals are proportional to the pitch. At a fixed angle from its end on the turning circle, each
-    /// arc moves, turns and grows with that end. At a fixed distance from its beginning, the line moves and turns with the end
-    /// of the entry arc.
-    pub(super) fn variation(&self, position: DVec2, travel_m: f64) -> SegmentVariation {
+    /// At a fixed angle, the spirals are proportional to the pitch, and do not change with other measures. At a fixed angle from its
+    /// end on the turning circle, each arc moves, turns and grows with that end. At a fixed distance from its beginning, the
+    /// line moves and turns with the end of the entry arc.
+    pub(super) fn variation(&self, measure: RouteMeasure, position: DVec2, travel_m: f64) -> SegmentVariation {
         let position = self.placement.unplace(position);
         let [entry_end_m, line_end_m, length_m] = self.ends_m();
-        let turn = self.turn_variation();
+        let turn = self.turn_variation(measure);
         let circle_speed = self.way_in.speed_m_per_unit(-self.circle_angle) * turn.entry_angle;
-        let on_spiral = |travel: f64| SegmentVariation { position: position / self.pitch_m, turn: 0.0, travel };
+        let pitch = if measure == RouteMeasure::Pitch { 1.0 } else { 0.0 };
+        let on_spiral = |travel: f64| SegmentVariation { position: pitch * position / self.pitch_m, turn: 0.0, travel };
+        let [entry_scale, exit_scale] = turn.shares.map(|share| turn.scale + share);
         let variation = if travel_m <= 0.0 {
-            on_spiral(travel_m / self.pitch_m + circle_speed)
+            on_spiral(pitch * travel_m / self.pitch_m + circle_speed)
         } else if travel_m <= entry_end_m {
-            turn.on_arc(position, self.unplaced_entry(), turn.scale * travel_m)
+            turn.on_arc(position, self.unplaced_entry(), entry_scale, entry_scale * travel_m)
         } else if travel_m <= line_end_m {
             self.line_variation(&turn, travel_m - entry_end_m)
         } else if travel_m <= length_m {
-            turn.on_arc(position, -self.unplaced_entry(), turn.length - turn.scale * (length_m - travel_m))
+            let travel = turn.length - exit_scale * (length_m - travel_m);
+            turn.on_arc(position, -self.unplaced_entry(), exit_scale, travel)
         } else {
-            on_spiral(turn.length + (travel_m - length_m) / self.pitch_m - circle_speed)
+            on_spiral(turn.length + pitch * (travel_m - length_m) / self.pitch_m - circle_speed)
         };
         SegmentVariation { position: self.placement.turn(variation.position), ..variation }
     }
@@ -268,17 +287,22 @@ impl Turnaround {
         let arc = Segment::Arc(self.arcs[0]);
         let end = arc.point(arc.span().1);
         let (grown_m, turned) = (turn.arc_angle * self.arcs[0].radius_m(), turn.turn - turn.arc_angle);
-        let begin = turn.on_arc(end.position, self.unplaced_entry(), turn.scale * self.arcs[0].length_m());
+        let scale = turn.scale + turn.shares[0];
+        let begin = turn.on_arc(end.position, self.unplaced_entry(), scale, scale * self.arcs[0].length_m());
         let position = begin.position + grown_m * end.tangent + turned * from_begin_m * end.tangent.perp();
         SegmentVariation { position, turn: turned, travel: begin.travel + grown_m }
     }
 
-    /// Change of the travel of each seam, in metres per metre of pitch. Each arc keeps its share of the length of both.
-    pub(super) fn seam_variations(&self) -> Vec<f64> {
+    /// Change of the travel of each seam, in metres per unit of a measure. At a fixed ratio of the radii, each arc keeps its share of
+    /// the length of both.
+    pub(super) fn seam_variations(&self, measure: RouteMeasure) -> Vec<f64> {
+        let turn = self.turn_variation(measure);
         let [entry_m, exit_m] = self.arcs.map(|arc| arc.length_m());
-        let per_metre = self.turn_variation().length / (entry_m + exit_m);
-        let line_end = (self.line_m > 0.0).then_some(entry_m);
-        [0.0, entry_m].into_iter().chain(line_end).chain([entry_m + exit_m]).map(|arc_m| per_metre * arc_m).collect()
+        let per_metre = (turn.length - turn.longer) / (entry_m + exit_m);
+        let entry_end = (per_metre + turn.shares[0]) * entry_m;
+        let line_end = (self.line_m > 0.0).then_some(entry_end + turn.longer);
+        let exit_end = per_metre * (entry_m + exit_m) + turn.longer;
+        [0.0, entry_end].into_iter().chain(line_end).chain([exit_end]).collect()
     }
 }
 
@@ -302,27 +326,33 @@ impl Bend {
     }
 }
 
-/// Change of the S per metre of pitch.
+/// Change of the S per unit of a measure.
 #[derive(Clone, Copy, Debug)]
 struct TurnVariation {
     /// Change of the polar angle of the entry.
     entry_angle: f64,
+    /// Change of the turning circle's radius, relative to it.
+    growth: f64,
     /// Change of the direction at entry and exit, in radians.
     turn: f64,
     /// Change of the angle of each arc.
     arc_angle: f64,
-    /// Change of the radii, relative to them.
+    /// Change of the sum of the radii, relative to it.
     scale: f64,
-    /// Change of the length of the arcs.
+    /// Change of the radii of the entry arc and of the exit arc at a fixed sum, relative to them.
+    shares: [f64; 2],
+    /// Change of the length of the S.
     length: f64,
+    /// Change of the length of the line.
+    longer: f64,
 }
 
 impl TurnVariation {
-    /// Change of a point of an arc at a fixed angle from the arc's end on the turning circle. `travel` is the change of its
-    /// travel.
-    fn on_arc(&self, position: DVec2, end: DVec2, travel: f64) -> SegmentVariation {
+    /// Change of a point of an arc at a fixed angle from the arc's end on the turning circle. `scale` is the change of its radius,
+    /// relative to it, and `travel` that of its travel.
+    fn on_arc(&self, position: DVec2, end: DVec2, scale: f64, travel: f64) -> SegmentVariation {
         let spoke = position - end;
-        let position = self.entry_angle * end.perp() + self.scale * spoke + self.turn * spoke.perp();
+        let position = self.entry_angle * end.perp() + self.growth * end + scale * spoke + self.turn * spoke.perp();
         SegmentVariation { position, turn: self.turn, travel }
     }
 }

@@ -9,12 +9,12 @@ use bench_dragon_geometry::planner::{
 };
 use serde::Serialize;
 
+use super::AnswerArgs;
 use super::formation::{formation_view, refuse};
 use super::route::{RouteAnswer, RouteArgs, standing_m};
 use super::sensitivity::SensitivityArgs;
 use super::speed_limit::SpeedLimitArgs;
 use super::stage::StageAnswer;
-use super::{AnswerArgs, require_no_ground};
 use crate::cli::flags::Format;
 use crate::cli::print::{print_bytes, print_json, print_line, print_report};
 use crate::config::{FormationDocument, NamedDragon};
@@ -161,7 +161,7 @@ pub(super) fn sensitivity(args: &SensitivityArgs, document: &FormationDocument) 
     refuse("--figure", args.figure.is_asked(), document)?;
     refuse("--parameter", !args.parameter.is_empty(), document)?;
     refuse("--turn-diameter", args.turn_diameter.is_some(), document)?;
-    let settings = document.dragons().iter().map(setting).collect::<anyhow::Result<Vec<Setting>>>()?;
+    let settings: Vec<Setting> = document.dragons().iter().map(setting).collect();
     let meter: Meter = args.work.long_meter();
     let formation = document.formation().metered(&meter);
     let found = meeting_sensitivity(&formation, &settings, [document.start_s(), document.formation().end_s()]);
@@ -202,15 +202,14 @@ pub(super) fn sensitivity(args: &SensitivityArgs, document: &FormationDocument) 
 }
 
 /// The plan of a dragon.
-fn setting(named: &NamedDragon) -> anyhow::Result<Setting> {
+fn setting(named: &NamedDragon) -> Setting {
     let config = &named.config;
-    require_no_ground(config, "solve sensitivity")?;
-    Ok(Setting {
+    Setting {
         dimensions: *config.lead().dimensions(),
         route: config.route().clone(),
         speed_mps: config.tables().head.speed_mps,
         accel_mps2: config.tables().head.accel_mps2,
-    })
+    }
 }
 
 /// How the time of the contact changes with each parameter.

@@ -7,7 +7,7 @@ use clap::{Args, ValueHint};
 use serde::Serialize;
 
 use super::figure::FigureArgs;
-use super::{WorkArgs, formation_survey, load_any_plan, require_no_cues, require_no_ground, xlsx};
+use super::{WorkArgs, formation_survey, load_any_plan, require_no_cues, xlsx};
 use crate::cli::flags::{BadInput, ConfigArgs, Format, FormatArgs, within};
 use crate::cli::in_file;
 use crate::cli::print::{Progress, print_bytes, print_json, print_line};
@@ -28,7 +28,8 @@ pub(crate) struct SensitivityArgs {
     /// Number of values on each side of the planned value, 1 to 100.
     #[arg(long, value_name = "COUNT", default_value_t = 2, allow_negative_numbers = true, value_parser = within(1..=100_u32))]
     pub(crate) steps: u32,
-    /// Parameters to vary, separated by commas: pitch, head-length, body-length, width, hole-offset, speed [default: all].
+    /// Parameters to vary, separated by commas: pitch, head-length, body-length, width, hole-offset, speed, acceleration,
+    /// turn-diameter, radius-ratio, turn-line [default: all that the plan has].
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = parameter)]
     pub(crate) parameter: Vec<Parameter>,
     /// Diameter in metres of the circle that the head must reach on a spiral [default: the configured turnaround's, else 9].
@@ -69,7 +70,6 @@ pub(super) fn run(args: &SensitivityArgs) -> anyhow::Result<()> {
         PlanDocument::Formation(document) => return formation_survey::sensitivity(args, &document),
     };
     args.figure.keep_drawing(config.document())?;
-    in_file(&args.config, require_no_ground(&config, "solve sensitivity"))?;
     in_file(&args.config, require_no_cues(config.cues(), "solve sensitivity"))?;
     let sensitivity = sensitivity(&config, args)?;
     let progress = Progress::new("answers", sensitivity.questions() as f64);
@@ -102,10 +102,12 @@ fn sensitivity(config: &Config, args: &SensitivityArgs) -> Result<Sensitivity, B
         accel_mps2: config.tables().head.accel_mps2,
     };
     if let Some(parameter) = args.parameter.iter().find(|parameter| !setting.has(**parameter)) {
-        let kind = config.route().shape.kind();
-        return Err(BadInput(format!(
-            "--parameter is {parameter}, which a route of the kind \"{kind}\" does not have"
-        )));
+        let owner = match parameter {
+            Parameter::Accel => "a [head] without accel_mps2".to_owned(),
+            Parameter::TurnLine if config.route().as_turnaround().is_some() => "a turnaround without line_m".to_owned(),
+            _ => format!("a route of the kind \"{}\"", config.route().shape.kind()),
+        };
+        return Err(BadInput(format!("--parameter is {parameter}, which {owner} does not have")));
     }
     let is_asked = |parameter: &Parameter| {
         setting.has(*parameter) && (args.parameter.is_empty() || args.parameter.contains(parameter))
@@ -238,7 +240,7 @@ fn columns(sensitivity: &Sensitivity, mut columns: Vec<Column>) -> Vec<Column> {
         format!("-{percent} %"),
         "as planned".to_owned(),
         format!("+{percent} %"),
-        "per m or m/s".to_owned(),
+        "per unit".to_owned(),
         "per 1 %".to_owned(),
     ];
     columns.extend(numbers.map(|title| Column::number(title, DECIMALS)));
@@ -249,7 +251,7 @@ fn row(curve: &Curve, mut cells: Vec<Cell>) -> Vec<Cell> {
     let [low, high] = ends(curve).map(|sample| sample.value.clone().ok());
     let planned = curve.samples[curve.samples.len() / 2].value.clone().ok();
     let derivative = curve.derivative.clone().ok();
-    cells.push(format!("{} ({})", curve.parameter, curve.parameter.unit()).into());
+    cells.push(named(curve.parameter).into());
     cells.push(curve.parameter_value.into());
     let percent = derivative.map(|derivative| 0.01 * curve.parameter_value * derivative);
     cells.extend([low, planned, high, derivative, percent].map(Cell::from));
@@ -264,7 +266,7 @@ fn sample_row(response: &Response, curve: &Curve, sample: &Sample) -> Vec<Cell> 
     };
     vec![
         titled(response).into(),
-        format!("{} ({})", curve.parameter, curve.parameter.unit()).into(),
+        named(curve.parameter).into(),
         change,
         sample.parameter_value.into(),
         sample.value.clone().ok().into(),
@@ -274,6 +276,14 @@ fn sample_row(response: &Response, curve: &Curve, sample: &Sample) -> Vec<Cell> 
 
 fn ends(curve: &Curve) -> [&Sample; 2] {
     [curve.samples.first(), curve.samples.last()].map(|sample| sample.expect("a curve has samples"))
+}
+
+/// The parameter with its unit.
+fn named(parameter: Parameter) -> String {
+    match parameter.unit() {
+        "" => parameter.to_string(),
+        unit => format!("{parameter} ({unit})"),
+    }
 }
 
 fn titled(response: &Response) -> String {

@@ -5,6 +5,7 @@ pub mod children;
 pub mod dragons;
 pub mod eventually;
 pub mod foreign_form;
+pub mod hills;
 mod list;
 pub mod process;
 pub mod property;

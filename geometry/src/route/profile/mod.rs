@@ -160,6 +160,18 @@ impl Profile {
         &self.cells
     }
 
+    /// The parameters at which the pieces begin, and at which the last one ends.
+    pub(super) fn cuts(&self) -> impl Iterator<Item = f64> {
+        self.begins.iter().copied().chain([self.ends[1].parameter])
+    }
+
+    /// The index of the piece at a parameter, the parameter at which it begins, and its anchor. Beyond the ends: of the nearest
+    /// piece.
+    pub(super) fn place(&self, parameter: f64) -> (usize, f64, f64) {
+        let number = self.number_at(parameter);
+        (number, self.begins[number], self.pieces[number].anchor)
+    }
+
     /// The piece at a parameter, or that which begins there, and the parameters at which it begins and ends; `None` beyond the
     /// ends.
     pub(super) fn piece(&self, parameter: f64) -> Option<(Piece, [f64; 2])> {
