@@ -3,6 +3,7 @@
 mod art_net;
 mod bench_selection;
 mod command_words;
+mod follower;
 mod height_map;
 mod hill;
 mod histogram;

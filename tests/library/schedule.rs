@@ -5,6 +5,7 @@ use bench_dragon::source::server::schedule::Schedule;
 #[test]
 fn periods_are_counted_from_the_epoch_without_drift() {
     let mut schedule = Schedule::new(5, 3);
+    assert_eq!((schedule.rate_hz(), schedule.due_ns()), (3, 5));
     let mut next_due_ns = || {
         assert_eq!(schedule.advance(0), 0);
         schedule.due_ns()
@@ -53,4 +54,10 @@ fn hours_of_suspension_are_skipped_at_once() {
     let now = 7_200_000_000_000;
     assert_eq!((schedule.advance(now), schedule.due_ns()), (71_999_999, now));
     assert_eq!(schedule.overruns(), 71_999_999);
+}
+
+#[test]
+#[should_panic(expected = "the rate must be above 0")]
+fn a_schedule_without_periods_is_a_fault_of_the_caller() {
+    let _ = Schedule::new(0, 0);
 }

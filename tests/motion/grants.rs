@@ -40,7 +40,14 @@ fn grants_are_joined_and_never_shrink() {
 #[test]
 fn the_permanent_end_is_known_with_its_grant_and_then_stays() {
     let mut motion = guarded_at(1.5);
-    for (to_m, is_final, end_m) in [(2.0, false, None), (5.0, true, Some(5.0)), (3.0, false, Some(5.0))] {
+    for (to_m, is_final, end_m) in [
+        (2.0, false, None),
+        (4.0, false, None),
+        (5.0, true, Some(5.0)),
+        (3.0, false, Some(5.0)),
+        (5.0, false, Some(5.0)),
+        (6.0, false, None),
+    ] {
         motion.request(Request::Grant { run_id: 7, from_m: 0.0, to_m, is_final }).expect("the grant is for this run");
         assert_eq!(motion.limits().end_m, end_m);
     }
@@ -75,6 +82,27 @@ fn a_guarded_head_is_repositioned_only_where_its_guard_has_proved_it() {
     motion.request(seek).expect("the target is proved");
     assert_eq!((motion.limits().granted_to_m, motion.limits().asked_m), (Some(300.5), None));
     assert_eq!(after(motion, 2000).head().travel_m, 300.5);
+}
+
+#[test]
+fn grants_for_a_seek_are_joined_where_they_touch_and_otherwise_the_last_one_counts() {
+    for (grants, show_time_s, granted_to_m) in [
+        ([[100.0, 200.0], [200.0, 300.0]], 150.0, Some(300.0)),
+        ([[200.0, 300.0], [100.0, 200.0]], 250.0, Some(300.0)),
+        ([[200.0, 300.0], [100.0, 200.0]], 100.0, Some(300.0)),
+        ([[100.0, 200.0], [201.0, 300.0]], 150.0, None),
+        ([[100.0, 200.0], [201.0, 300.0]], 200.5, None),
+        ([[201.0, 300.0], [100.0, 200.0]], 250.0, None),
+        ([[201.0, 300.0], [100.0, 200.0]], 150.0, Some(200.0)),
+    ] {
+        let mut motion = start(guarded());
+        for [from_m, to_m] in grants {
+            grant(&mut motion, from_m, to_m).expect("the grant is for this run");
+        }
+        let outcome = motion.request(Request::Seek { show_time_s });
+        let limits = outcome.map(|()| motion.limits().granted_to_m);
+        assert_eq!(limits, granted_to_m.map(Some).ok_or(Refusal::NotProved), "{grants:?}, to {show_time_s} s");
+    }
 }
 
 #[test]

@@ -232,6 +232,47 @@ mod tests {
     }
 
     #[test]
+    fn a_limit_is_exceeded_only_after_it() {
+        let living = || {
+            let mut life = started(LONGEST_DISK_SILENCE);
+            life.hear();
+            life
+        };
+        let stopped = Look { is_stopped: true, ..running() };
+        for (mut life, looks, limit) in [
+            (started(LONGEST_SILENCE), running(), LONGEST_START),
+            (living(), running(), LONGEST_DISK_SILENCE),
+            (living(), stopped, LONGEST_SILENCE),
+        ] {
+            assert_eq!(look(&mut life, limit.as_secs() as u32, false, looks), NEVER);
+            assert_eq!(look(&mut life, 1, false, looks), [limit]);
+        }
+    }
+
+    #[test]
+    fn a_server_sends_frames_until_one_is_late() {
+        let mut life = started(LONGEST_SILENCE);
+        assert_eq!((life.silence(), life.sends_frames()), (None, false), "before the first frame");
+        life.hear();
+        assert_eq!((life.silence(), life.sends_frames()), (Some(Duration::ZERO), true));
+        life.look(Look { elapsed: LONGEST_PERIOD - LOOK, ..running() });
+        assert_eq!((life.silence(), life.sends_frames()), (Some(LONGEST_PERIOD - LOOK), true));
+        life.look(running());
+        assert_eq!((life.silence(), life.sends_frames()), (Some(LONGEST_PERIOD), false));
+    }
+
+    #[test]
+    fn a_child_that_waits_for_a_resource_is_due_when_its_owner_ends_the_wait() {
+        let (mut life, now) = (started(LONGEST_SILENCE), Instant::now());
+        assert!(!life.end_wait(now), "it runs");
+        assert_eq!(life.phase(), Phase::Starting(Duration::ZERO));
+        life.wait();
+        assert!(life.phase() == Phase::Waiting && !life.is_due(now + LONGEST_BACKOFF));
+        assert!(life.end_wait(now) && life.is_due(now) && !life.is_due(now - LOOK));
+        assert!(!life.end_wait(now), "it no longer waits");
+    }
+
+    #[test]
     fn a_child_has_longer_to_its_first_sign_of_life() {
         let mut life = started(LONGEST_SILENCE);
         assert_eq!(look(&mut life, 29, false, running()), NEVER);
