@@ -50,9 +50,11 @@ pub(super) fn path(bytes: &[u8], choice: &PathChoice<'_>) -> Result<Drawing, Dra
         ));
     }
     let text = utf8(bytes)?.trim_start_matches('\u{feff}');
-    // Each line of an old Macintosh ends with a carriage return alone.
-    let line_end = if text.contains('\n') { '\n' } else { '\r' };
-    let mut rows = (1..).zip(text.split(line_end)).filter(|(_, line)| has_cells(line)).peekable();
+    // A line ends with a line feed, a carriage return or both, also in one file.
+    let text = text.replace("\r\n", "\n");
+    let lines = || (1..).zip(text.split(['\n', '\r']));
+    lines().try_for_each(|(number, line)| require_one_line(number, line))?;
+    let mut rows = lines().filter(|(_, line)| has_cells(line)).peekable();
     let first = rows.peek().map_or("", |(_, line)| *line);
     let separator = Separator::of(first);
     let has_decimal_commas = separator == Separator::Char(';') && !rows.clone().any(|(_, line)| line.contains('.'));
@@ -97,6 +99,16 @@ pub(super) fn path(bytes: &[u8], choice: &PathChoice<'_>) -> Result<Drawing, Dra
     }
     let is_closed = points.len() > 2 && points[0] == points[points.len() - 1];
     Ok(Drawing { is_closed, ..Drawing::polyline(&points, false) })
+}
+
+/// Fails for a character that may end a line elsewhere, and for other control characters.
+fn require_one_line(number: usize, line: &str) -> Result<(), DrawingFileError> {
+    let is_wrong = |char: &char| char.is_control() && *char != '\t' || matches!(char, '\u{2028}' | '\u{2029}');
+    line.chars().find(is_wrong).map_or(Ok(()), |char| {
+        let code = u32::from(char);
+        let allowed = "must have printable characters and tabs, and end with LF, CR or both";
+        Err(DrawingFileError(format!("line {number} has the character U+{code:04X}, {allowed}")))
+    })
 }
 
 /// Whether a line is neither empty nor a comment.
@@ -215,6 +227,8 @@ mod tests {
             "  0.5\t \t0\n 10\t-2\n",
             "name\tx_m\ty_m\n\t0.5\t0\n\t10\t-2\n",
             "x_m   y_m\n0.5     0\n10     -2\n",
+            "# CR\rx,y\r0.5,0\r10,-2\n",
+            "x,y\r\n0.5,0\r10,-2\n",
         ] {
             assert_eq!(points(text), [[0.5, 0.0], [10.0, -2.0]], "{text:?}");
         }
@@ -232,6 +246,14 @@ mod tests {
             ("nan,0\n10,0\n20,0", "line 1 has the point (NaN, 0) m, must be numbers from -100000000 to 100000000"),
             ("1;2\n\n1.5;2,5\n", "line 3 is \"1.5;2,5\", must be two numbers, x_m and y_m; decimals need a point"),
             ("1,000,5;2\n2;3", "line 1 is \"1,000,5;2\", must be two numbers"),
+            (
+                "0,0\r\n5,0\u{b}10,0\n",
+                "line 2 has the character U+000B, must have printable characters and tabs, and end with LF, CR or both",
+            ),
+            (
+                "0 0\u{2028}5 0\n10 0",
+                "line 1 has the character U+2028, must have printable characters and tabs, and end with LF, CR or both",
+            ),
             ("0  0\n10  -\n", "line 2 is \"10  -\", must be two numbers, x_m and y_m"),
             ("0,0\n1e9,0\n", "line 2 has the point (1000000000, 0) m, must be numbers from -100000000 to 100000000"),
             ("Länge (m),y\n1,2\n3,4", "has the columns \"länge\", \"y\", must have x_m and y_m, or lon and lat"),

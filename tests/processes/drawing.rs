@@ -203,10 +203,15 @@ fn bad_points_and_bad_dxf_files_are_refused_in_one_line_that_names_what_is_wrong
         ("a.csv", "1,2\n3\n".to_owned(), "", "line 2 is \"3\", must be two numbers, x_m and y_m"),
         ("a.dxf", "0\nSECTION\n2\nENTITIES\n0\nENDSEC\n".to_owned(), "", "has no path: it has no entities"),
         ("a.dxf", String::new(), "", "\"a.dxf\": is empty"),
-        ("a.dxf", "0\nSECTION\n2\nENTITIES\n0\nLINE\n10\n1\n".to_owned(), "", "has no unit of length in its header"),
         (
             "a.dxf",
-            "0\nSECTION\n2\nENTITIES\n0\nLINE\n10\nx\n".to_owned(),
+            "0\nSECTION\n2\nENTITIES\n0\nLINE\n10\n1\n0\nENDSEC\n".to_owned(),
+            "",
+            "has no unit of length in its header",
+        ),
+        (
+            "a.dxf",
+            "0\nSECTION\n2\nENTITIES\n0\nLINE\n10\nx\n0\nENDSEC\n".to_owned(),
             "metres_per_unit = 1",
             "has \"x\" in group 10",
         ),

@@ -68,6 +68,10 @@ impl<'a> Entity<'a> {
 
     fn points(&self, code: i32) -> Result<Vec<DVec2>, DrawingFileError> {
         let (x, y) = (self.numbers(code)?, self.numbers(code + 10)?);
+        if x.len() != y.len() {
+            let [x, y] = [x.len(), y.len()];
+            return Err(self.fault(&format!("has {x} groups {code} and {y} groups {}, must have as many", code + 10)));
+        }
         Ok(x.into_iter().zip(y).map(DVec2::from).collect())
     }
 
@@ -95,6 +99,7 @@ impl<'a> Entity<'a> {
 
 /// The pieces of an entity with a curve, and whether they are closed.
 pub(super) fn curve(entity: &Entity<'_>) -> Result<(Vec<Piece>, bool), DrawingFileError> {
+    const IN_SPACE: u32 = 8;
     let (pieces, is_closed) = match entity.kind {
         "LINE" => (vec![Piece::Line { from: entity.point(10)?, to: entity.point(11)? }], false),
         "ARC" => {
@@ -111,8 +116,9 @@ pub(super) fn curve(entity: &Entity<'_>) -> Result<(Vec<Piece>, bool), DrawingFi
     if pieces.len() > MAX_PIECES {
         return Err(entity.fault(&format!("has {} parts, at most {MAX_PIECES} are allowed", pieces.len())));
     }
-    // Entities other than lines, ellipses and splines are in their own plane.
-    let is_in_plane = ["ARC", "CIRCLE", "LWPOLYLINE", "POLYLINE"].contains(&entity.kind);
+    // Entities other than lines, ellipses, splines and polylines in space are in their own plane.
+    let is_in_space = entity.kind == "POLYLINE" && entity.flags(70)? & IN_SPACE != 0;
+    let is_in_plane = ["ARC", "CIRCLE", "LWPOLYLINE", "POLYLINE"].contains(&entity.kind) && !is_in_space;
     let mirrored = DAffine2::from_scale(DVec2::new(-1.0, 1.0));
     if is_in_plane && entity.is_mirrored()? {
         return Ok((pieces.iter().flat_map(|piece| piece.mapped(&mirrored)).collect(), is_closed));
@@ -147,13 +153,17 @@ fn ellipse(entity: &Entity<'_>) -> Result<(Vec<Piece>, bool), DrawingFileError> 
 /// The points of an LWPOLYLINE, each with the bulge of the edge behind it.
 fn weighted(entity: &Entity<'_>) -> Result<Vec<(DVec2, f64)>, DrawingFileError> {
     let mut points: Vec<(DVec2, f64)> = vec![];
+    // A point has no y before its group 20.
     for &(code, value) in &entity.groups {
         match (code, points.last_mut()) {
-            (10, _) => points.push((DVec2::new(entity.parsed(code, value)?, 0.0), 0.0)),
+            (10, _) => points.push((DVec2::new(entity.parsed(code, value)?, f64::NAN), 0.0)),
             (20, Some(last)) => last.0.y = entity.parsed(code, value)?,
             (42, Some(last)) => last.1 = entity.parsed(code, value)?,
             _ => {}
         }
+    }
+    if points.iter().any(|(point, _)| point.y.is_nan()) {
+        return Err(entity.fault("has a point without a group 20, must have one for each group 10"));
     }
     Ok(points)
 }

@@ -251,3 +251,65 @@ fn order_of(curves: &[Curve<'_>], gap_m: f64) -> Result<Vec<(usize, bool)>, Stri
     }
     order(&curves.iter().map(Curve::ends).collect::<Vec<_>>(), gap_m)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const POLYLINE: &str = "0\nLWPOLYLINE\n8\n0\n10\n0\n20\n5\n10\n9\n20\n5\n10\n9\n20\n8\n";
+
+    fn section(name: &str, body: &str) -> String {
+        format!("0\nSECTION\n2\n{name}\n{body}0\nENDSEC\n")
+    }
+
+    fn drawn(text: &str) -> Result<Drawing, String> {
+        let choice = PathChoice { metres_per_unit: Some(1.0), gap_m: 1e-3, ..PathChoice::default() };
+        path(text.as_bytes(), &choice).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn a_file_that_is_cut_short_is_refused() {
+        let whole = section("ENTITIES", POLYLINE) + "0\nEOF\n";
+        assert_eq!(drawn(&whole).expect("a path").pieces.len(), 2);
+        let unended = "ends early: the section \"ENTITIES\" has no end, must have ENDSEC";
+        let cut = |before: &str| drawn(&whole[..whole.rfind(before).expect(before)]).err();
+        assert_eq!(cut("0\nENDSEC").as_deref(), Some(unended));
+        assert_eq!(cut("10\n9\n20\n8").as_deref(), Some(unended));
+        assert_eq!(drawn(&whole.replace("0\nENDSEC\n", "")).err().as_deref(), Some(unended));
+        assert_eq!(cut("\nENDSEC").as_deref(), Some("ends early: line 21 is a group code, must have a value"));
+    }
+
+    #[test]
+    fn a_point_without_its_y_is_refused() {
+        let text = section("ENTITIES", &POLYLINE.replacen("20\n5\n10\n9\n", "10\n9\n", 1));
+        let reason = "the \"LWPOLYLINE\" has a point without a group 20, must have one for each group 10";
+        assert_eq!(drawn(&text).err().as_deref(), Some(reason));
+        let spline = "0\nSPLINE\n71\n1\n40\n0\n40\n0\n40\n1\n40\n1\n10\n0\n20\n0\n10\n9\n";
+        let reason = "the \"SPLINE\" has 2 groups 10 and 1 groups 20, must have as many";
+        assert_eq!(drawn(&section("ENTITIES", spline)).err().as_deref(), Some(reason));
+    }
+
+    #[test]
+    fn a_block_on_a_layer_that_is_off_shows_what_is_on_visible_layers() {
+        let line = |layer: &str, y: u32| format!("0\nLINE\n8\n{layer}\n10\n0\n20\n{y}\n11\n9\n21\n{y}\n");
+        let block = format!("0\nBLOCK\n2\nB\n{}{}0\nENDBLK\n", line("0", 1), line("Seen", 2));
+        let shown = |layer: &str| {
+            let layer = format!("0\nLAYER\n2\nHall\n{layer}");
+            let entities = "0\nINSERT\n8\nHall\n2\nB\n10\n0\n20\n0\n";
+            drawn(&(section("TABLES", &layer) + &section("BLOCKS", &block) + &section("ENTITIES", entities)))
+        };
+        let off = shown("62\n-7\n").expect("a path");
+        assert_eq!(off.pieces[0].begin(), DVec2::new(0.0, 2.0));
+        assert!(shown("70\n1\n").is_err() && shown("62\n7\n").is_err());
+    }
+
+    #[test]
+    fn a_polyline_in_space_is_never_mirrored() {
+        let vertex = |x: u32| format!("0\nVERTEX\n10\n{x}\n20\n0\n30\n1\n");
+        let begin = |flags: u32| {
+            let polyline = format!("0\nPOLYLINE\n70\n{flags}\n230\n-1\n{}{}0\nSEQEND\n", vertex(1), vertex(9));
+            drawn(&section("ENTITIES", &polyline)).expect("a path").pieces[0].begin().x
+        };
+        assert_eq!([begin(8), begin(0)], [1.0, -1.0]);
+    }
+}

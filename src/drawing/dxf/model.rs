@@ -51,6 +51,8 @@ pub(super) struct Model<'a> {
     blocks: HashMap<String, Block<'a>>,
     /// Layers that are off or frozen, in upper case.
     hidden_layers: HashSet<String>,
+    /// Those that are frozen. Blocks that are inserted on them are hidden with all of their layers.
+    frozen_layers: HashSet<String>,
     /// Whether the file has any pair.
     pub(super) is_empty: bool,
 }
@@ -81,20 +83,23 @@ impl<'a> Model<'a> {
         let mut model = Self {
             unit_m: header_unit(&pairs).and_then(unit_m),
             other_unit: header_unit(&pairs).filter(|&unit| unit != "0" && unit_m(unit).is_none()),
-            entities: entities(section(&pairs, "ENTITIES")),
+            entities: entities(section(&pairs, "ENTITIES")?),
             blocks: HashMap::new(),
             hidden_layers: HashSet::new(),
+            frozen_layers: HashSet::new(),
             is_empty: pairs.is_empty(),
         };
-        for layer in entities(section(&pairs, "TABLES")).iter().filter(|entity| entity.kind == "LAYER") {
+        for layer in entities(section(&pairs, "TABLES")?).iter().filter(|entity| entity.kind == "LAYER") {
             let is_off = layer.text(62).is_some_and(|colour| colour.starts_with('-'));
             let is_frozen = layer.text(70).and_then(|flags| flags.parse().ok()).unwrap_or(0) & 1 == 1;
             if is_off || is_frozen {
-                model.hidden_layers.insert(layer.text(2).unwrap_or_default().to_uppercase());
+                let name = layer.text(2).unwrap_or_default().to_uppercase();
+                model.frozen_layers.extend(is_frozen.then(|| name.clone()));
+                model.hidden_layers.insert(name);
             }
         }
         let (mut name, mut block) = (String::new(), Block::default());
-        for entity in entities(section(&pairs, "BLOCKS")) {
+        for entity in entities(section(&pairs, "BLOCKS")?) {
             match entity.kind {
                 "BLOCK" => {
                     const IN_OTHER_FILE: u32 = 4 | 8;
@@ -160,7 +165,9 @@ impl<'a> Model<'a> {
     }
 
     fn is_hidden(&self, entity: &Entity<'_>, layer: &str) -> bool {
-        entity.text(60) == Some("1") || self.hidden_layers.contains(&layer.to_uppercase())
+        // What a block shows has layers of its own, which may be on where its insertion is on a layer that is off.
+        let hiding = if entity.kind == "INSERT" { &self.frozen_layers } else { &self.hidden_layers };
+        entity.text(60) == Some("1") || hiding.contains(&layer.to_uppercase())
     }
 
     /// Adds the curves of a block where an entity inserts it.
@@ -234,7 +241,9 @@ fn pairs(text: &str) -> Result<Vec<Pair<'_>>, DrawingFileError> {
             let shown = quoted(line.trim());
             return Err(DrawingFileError(format!("line {number} is {shown}, must be a group code of a DXF file")));
         };
-        let Some(value) = lines.next() else { break };
+        let Some(value) = lines.next() else {
+            return Err(DrawingFileError(format!("ends early: line {number} is a group code, must have a value")));
+        };
         pairs.push((code, value.trim()));
         number += 2;
     }
@@ -253,12 +262,18 @@ fn unit_m(unit: &str) -> Option<f64> {
     UNITS_M.get(unit.checked_sub(1)?).copied().filter(|&unit_m| unit_m > 0.0)
 }
 
-/// The pairs of a section.
-fn section<'p, 'a>(pairs: &'p [Pair<'a>], name: &str) -> &'p [Pair<'a>] {
+/// The pairs of a section; none without it.
+///
+/// # Errors
+/// The section has no end.
+fn section<'p, 'a>(pairs: &'p [Pair<'a>], name: &str) -> Result<&'p [Pair<'a>], DrawingFileError> {
     let begin = pairs.windows(2).position(|pair| pair == [(0, "SECTION"), (2, name)]);
-    let section = begin.map_or(&[][..], |begin| &pairs[begin + 2..]);
-    let end = section.iter().position(|&pair| pair == (0, "ENDSEC")).unwrap_or(section.len());
-    &section[..end]
+    let Some(section) = begin.map(|begin| &pairs[begin + 2..]) else { return Ok(&[]) };
+    let end = section.iter().position(|pair| [(0, "ENDSEC"), (0, "SECTION"), (0, "EOF")].contains(pair));
+    match end.filter(|&end| section[end] == (0, "ENDSEC")) {
+        Some(end) => Ok(&section[..end]),
+        None => Err(DrawingFileError(format!("ends early: the section {} has no end, must have ENDSEC", quoted(name)))),
+    }
 }
 
 /// The entities of a section.

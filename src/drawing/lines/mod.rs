@@ -23,6 +23,8 @@ struct Line {
     layer: Option<String>,
     points: Vec<LonLat>,
     is_ring: bool,
+    /// Why it cannot be the path, in words.
+    fault: Option<String>,
 }
 
 /// The path of a file.
@@ -67,15 +69,18 @@ fn lines(bytes: &[u8], format: DrawingFormat) -> Result<Vec<Line>, DrawingFileEr
     let text = text(bytes)?.trim_start_matches('\u{feff}');
     let mut lines = match format {
         DrawingFormat::Gpx => gpx::lines(&document(text)?),
-        DrawingFormat::Kml => kml::lines(&document(text)?)?,
+        DrawingFormat::Kml => kml::lines(&document(text)?),
         _ => geojson::lines(text)?,
     };
-    lines.retain(|line| !line.points.is_empty());
+    lines.retain(|line| !line.points.is_empty() || line.fault.is_some());
     Ok(lines)
 }
 
 impl Line {
     fn drawing(&self, choice: &PathChoice<'_>) -> Result<Drawing, DrawingFileError> {
+        if let Some(reason) = &self.fault {
+            return Err(DrawingFileError(reason.clone()));
+        }
         let count = self.points.len();
         if count < 2 {
             return Err(DrawingFileError(format!("has a line of {count} point, must have at least 2")));
@@ -99,7 +104,12 @@ fn document(text: &str) -> Result<Document<'_>, DrawingFileError> {
 /// The text of the first child with a name.
 fn child_text(node: Node<'_, '_>, name: &str) -> Option<String> {
     let child = node.children().find(|child| child.tag_name().name() == name)?;
-    child.text().map(|text| text.trim().to_owned()).filter(|text| !text.is_empty())
+    Some(whole_text(child).trim().to_owned()).filter(|text| !text.is_empty())
+}
+
+/// The whole text of an element. Comments and instructions in it divide it into several nodes.
+fn whole_text(node: Node<'_, '_>) -> String {
+    node.children().filter(Node::is_text).filter_map(|child| child.text()).collect()
 }
 
 /// The error of a text that is no position.

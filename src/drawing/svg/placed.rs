@@ -42,6 +42,10 @@ impl<'a> Placed<'a> {
                 placed.values.push((name, attribute.value().trim().to_owned()));
             }
         }
+        // usvg knows words in lower case alone.
+        for (_, value) in placed.values.iter_mut().filter(|(name, _)| *name == "display") {
+            value.make_ascii_lowercase();
+        }
         let mut box_of_origin = None;
         for property in sheets.properties(node).map_err(DrawingFileError)? {
             let (name, value) = (property.name, property.value);
@@ -51,7 +55,11 @@ impl<'a> Placed<'a> {
                         placed.set("font-size", font.font_size);
                     }
                 }
-                "display" | "overflow" | "font-size" | "transform" | "transform-origin" => placed.set(name, value),
+                "all" => {
+                    placed.refuse(&format!("has the property all {}, which is not supported: remove it", quoted(value)))
+                }
+                "display" => placed.set(name, &value.to_ascii_lowercase()),
+                "overflow" | "font-size" | "transform" | "transform-origin" => placed.set(name, value),
                 "d" if tag == "path" => placed.set_data(value),
                 "transform-box" => box_of_origin = Some(value).filter(|value| !is_neutral(name, value)),
                 _ if LENGTHS.contains(&name) && !is_root && has_length(tag, name) => placed.set(name, value),
@@ -229,4 +237,35 @@ fn has_length(tag: &str, name: &str) -> bool {
 fn is_neutral(name: &str, value: &str) -> bool {
     let words = UNKNOWN.iter().find(|(known, _)| *known == name).map_or(&[][..], |(_, words)| words);
     words.iter().chain(&["initial", "unset", "revert"]).any(|word| value.eq_ignore_ascii_case(word))
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::drawing::{DrawingFormat, PathChoice, parse};
+
+    /// The error of a drawing of one shown path, and of this element.
+    fn error(element: &str) -> Option<String> {
+        let shown = "<path d=\"M 0 0 L 9 0\"/>";
+        let text =
+            format!("<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 9 9\"><g>{shown}</g>{element}</svg>");
+        let choice = PathChoice { metres_per_unit: Some(1.0), ..PathChoice::default() };
+        parse(text.as_bytes(), DrawingFormat::Svg, &choice).err().map(|error| error.to_string())
+    }
+
+    #[test]
+    fn what_is_not_displayed_is_left_out_in_any_case() {
+        for hidden in ["display=\"NONE\"", "style=\"display: None\"", "style=\"display: none\""] {
+            assert_eq!(error(&format!("<path {hidden} d=\"M 0 5 L 9 5\"/>")), None, "{hidden}");
+        }
+        assert!(error("<path d=\"M 0 5 L 9 5\"/>").is_some());
+    }
+
+    #[test]
+    fn the_property_of_all_properties_is_refused() {
+        let text = "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 9 9\">\
+                    <path transform=\"scale(2)\" style=\"all: unset\" d=\"M 0 5 L 9 5\"/></svg>";
+        let choice = PathChoice { metres_per_unit: Some(1.0), ..PathChoice::default() };
+        let error = parse(text.as_bytes(), DrawingFormat::Svg, &choice).expect_err("a refusal").to_string();
+        assert_eq!(error, "the element <path> has the property all \"unset\", which is not supported: remove it");
+    }
 }

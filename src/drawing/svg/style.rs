@@ -12,7 +12,8 @@ use simplecss::{AttributeOperator, PseudoClass, Selector};
 use super::quoted;
 
 /// Properties that place, size or hide a shape.
-const PROPERTIES: [&str; 23] = [
+const PROPERTIES: [&str; 24] = [
+    "all",
     "cx",
     "cy",
     "d",
@@ -37,6 +38,10 @@ const PROPERTIES: [&str; 23] = [
     "zoom",
     "offset",
 ];
+/// Pseudo-classes that are resolved. Nobody points at an element of a drawing.
+const PSEUDO_CLASSES: [&str; 4] = ["active", "first-child", "focus", "hover"];
+/// Namespace of elements of web pages.
+const XHTML: &str = "http://www.w3.org/1999/xhtml";
 /// Most steps of matching elements with selectors: about a second.
 const MAX_STEPS: u64 = 20_000_000;
 /// A part of the addresses of style sheets that have only fonts.
@@ -79,8 +84,8 @@ pub(super) struct StyleTexts {
 /// The text of a `style` element.
 struct SheetText {
     text: String,
-    /// The media to which it is limited, as an `@media` rule.
-    media: Option<String>,
+    /// What limits it: its media, as an `@media` rule, or its type, if that is not CSS.
+    limit: Option<String>,
 }
 
 /// All style sheets of a file.
@@ -98,10 +103,10 @@ impl<'a> Sheets<'a> {
     /// The sheets of a document.
     pub(super) fn of(texts: &'a StyleTexts) -> Self {
         let mut sheets = Self { attributes: Some(&texts.attributes), ..Self::default() };
-        for SheetText { text, media } in &texts.sheets {
-            match media {
+        for SheetText { text, limit } in &texts.sheets {
+            match limit {
                 None => sheets.read(text),
-                Some(media) if !is_neutral(media) && places(text) => sheets.refuse(media),
+                Some(limit) if !is_neutral(limit) && places(text) => sheets.refuse(limit),
                 Some(_) => {}
             }
         }
@@ -138,7 +143,7 @@ impl<'a> Sheets<'a> {
             }
             for selector in divided(prelude, ',').into_iter().filter(|selector| !selector.contains("::")) {
                 let begins = selector.starts_with(|char: char| char.is_ascii_alphanumeric() || "*#.[:_".contains(char));
-                match begins.then(|| Selector::parse(selector)).flatten() {
+                match (begins && is_known(selector)).then(|| Selector::parse(selector)).flatten() {
                     Some(parsed) => self.rules.push(Rule { selector: parsed, properties: properties.clone() }),
                     None => self.refuse(selector),
                 }
@@ -189,28 +194,39 @@ impl<'a> Sheets<'a> {
 /// The texts of a document's styles.
 pub(super) fn style_texts(document: &Document<'_>) -> StyleTexts {
     let sheets = document.descendants().filter(|node| node.tag_name().name() == "style");
-    let css = sheets.filter(|node| node.attribute("type").is_none_or(|kind| kind.trim() == "text/css"));
-    let sheets = css.map(|node| {
+    let sheets = sheets.map(|node| {
         let texts = node.children().filter_map(|child| child.text());
         let media = node
             .attribute("media")
             .map(str::trim)
             .filter(|media| !["", "all", "screen"].iter().any(|shown| media.eq_ignore_ascii_case(shown)));
+        let kind = node.attribute("type").map(str::trim);
+        let kind = kind.filter(|kind| !["", "text/css"].iter().any(|css| kind.eq_ignore_ascii_case(css)));
         SheetText {
             text: without_comments(&texts.collect::<String>()),
-            media: media.map(|media| format!("@media {media}")),
+            limit: kind.map(|kind| format!("type={kind}")).or_else(|| media.map(|media| format!("@media {media}"))),
         }
     });
     let styles = document.descendants().filter_map(|node| Some((node.id(), node.attribute("style")?)));
     let commented = styles.filter(|(_, style)| style.contains("/*"));
     let mut instructions = document.descendants().filter_map(|node| node.pi());
     let other = instructions.find(|instruction| instruction.target == "xml-stylesheet");
-    let other = other.map(|instruction| instruction.value.unwrap_or_default().to_owned());
+    let other = other.map(|instruction| instruction.value.unwrap_or_default().to_owned()).or_else(|| link(document));
     StyleTexts {
         other,
         sheets: sheets.collect(),
         attributes: commented.map(|(id, style)| (id, without_comments(style))).collect(),
     }
+}
+
+/// The address of a style sheet that an element of a web page links.
+fn link(document: &Document<'_>) -> Option<String> {
+    let mut links = document.descendants().filter(|node| node.has_tag_name((XHTML, "link")));
+    let is_sheet = |node: &Node<'_, '_>| {
+        let mut words = node.attribute("rel").unwrap_or_default().split_whitespace();
+        words.any(|word| word.eq_ignore_ascii_case("stylesheet"))
+    };
+    links.find(is_sheet).map(|node| node.attribute("href").unwrap_or_default().to_owned())
 }
 
 fn without_comments(text: &str) -> String {
@@ -326,8 +342,26 @@ fn known_name(name: &str) -> Option<&'static str> {
 /// Whether an at-rule never places a shape on a screen.
 fn is_neutral(prelude: &str) -> bool {
     let prelude = prelude.to_ascii_lowercase();
-    let is_print = prelude.starts_with("@media") && prelude.contains("print") && !prelude.contains("screen");
-    is_print || prelude.starts_with("@-") || AT_RULES_WITHOUT_PLACE.iter().any(|name| prelude.starts_with(name))
+    prelude.strip_prefix("@media").is_some_and(are_print)
+        || prelude.starts_with("@-")
+        || AT_RULES_WITHOUT_PLACE.iter().any(|name| prelude.starts_with(name))
+}
+
+/// Whether all media queries of a list are about print alone.
+fn are_print(queries: &str) -> bool {
+    divided(queries, ',').into_iter().all(|query| {
+        let query = query.strip_prefix("only ").unwrap_or(query);
+        let mut words = query.split_whitespace();
+        words.next() == Some("print") && words.next().is_none_or(|word| word == "and")
+    })
+}
+
+/// Whether all pseudo-classes of a selector are resolved.
+fn is_known(selector: &str) -> bool {
+    let classes = divided(selector, ':').into_iter().skip(1);
+    let end =
+        |class: &str| class.find(|char: char| !char.is_ascii_alphanumeric() && char != '-').unwrap_or(class.len());
+    classes.map(|class| &class[..end(class)]).all(|class| PSEUDO_CLASSES.contains(&class))
 }
 
 /// Whether a block of any depth declares a property of [`PROPERTIES`].
@@ -374,3 +408,66 @@ impl simplecss::Element for Matched<'_> {
 
 /// The faults of elements that the chosen path must not have.
 pub(super) type Faults = HashMap<NodeId, String>;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Why the styles of a drawing cannot be applied.
+    fn unknown(body: &str) -> Option<String> {
+        let text = format!("<svg xmlns=\"http://www.w3.org/2000/svg\">{body}</svg>");
+        let document = Document::parse(&text).expect(body);
+        Sheets::of(&style_texts(&document)).unknown().map(str::to_owned)
+    }
+
+    #[test]
+    fn only_styles_of_print_alone_are_left_out() {
+        const MOVE: &str = "path { transform: scale(2) }";
+        for media in ["print", "PRINT", "only print", "print and (color), only  print", "print, print"] {
+            assert_eq!(unknown(&format!("<style>@media {media} {{ {MOVE} }}</style>")), None, "{media}");
+            assert_eq!(unknown(&format!("<style media=\"{media}\">{MOVE}</style>")), None, "{media}");
+        }
+        for media in ["not print", "all, print", "print, (min-width: 1px)", "print, screen", "not all and print"] {
+            for body in [
+                format!("<style>@media {media} {{ {MOVE} }}</style>"),
+                format!("<style media=\"{media}\">{MOVE}</style>"),
+            ] {
+                let reason = format!("has a style sheet with \"@media {media}\", which is not supported");
+                assert!(unknown(&body).is_some_and(|found| found.starts_with(&reason)), "{body}: {:?}", unknown(&body));
+            }
+        }
+    }
+
+    #[test]
+    fn the_type_of_a_style_sheet_is_css_without_one_and_in_any_case() {
+        for kind in ["", "type=\"\"", "type=\"TEXT/CSS\"", "type=\"text/css\""] {
+            let text = format!("<svg><style {kind}>path {{ d: none }}</style></svg>");
+            let document = Document::parse(&text).expect(kind);
+            let texts = style_texts(&document);
+            assert_eq!(Sheets::of(&texts).rules.len(), 1, "{kind}");
+        }
+        let reason = "has a style sheet with \"type=text/less\", which is not supported for the place of shapes";
+        assert_eq!(unknown("<style type=\"text/less\">path { x: 1 }</style>").as_deref(), Some(reason));
+        assert_eq!(unknown("<style type=\"text/less\">path { fill: red }</style>"), None);
+    }
+
+    #[test]
+    fn a_selector_with_an_unresolved_pseudo_class_is_refused() {
+        let rule = |selector: &str| unknown(&format!("<style>{selector} {{ transform: scale(2) }}</style>"));
+        for selector in ["path:lang(de)", "a:link path", "path, :visited", ":hover:link", "path:LINK"] {
+            let found = rule(selector).unwrap_or_default();
+            assert!(found.contains("which is not supported for the place of shapes"), "{selector}: {found:?}");
+        }
+        for selector in ["path:hover", ":first-child", "a:active > path:focus", "[a=\"b:link\"]"] {
+            assert_eq!(rule(selector), None, "{selector}");
+        }
+        assert_eq!(unknown("<style>a:link { fill: red }</style>"), None);
+    }
+
+    #[test]
+    fn a_linked_style_sheet_is_refused() {
+        let link = "<link xmlns=\"http://www.w3.org/1999/xhtml\" rel=\"StyleSheet\" href=\"a.css\"/>";
+        assert_eq!(unknown(link).as_deref(), Some("has the style sheet \"a.css\", which is not read: remove it"));
+        assert_eq!(unknown(&link.replace("StyleSheet", "icon")), None);
+    }
+}
