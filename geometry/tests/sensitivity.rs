@@ -100,14 +100,10 @@ fn a_path_on_ground_has_derivatives_over_all_but_the_pitch() {
     let arc = |turn| PathSegment::Arc { radius_m: 6.0, turn };
     let line = PathSegment::Line { length_m: 12.0 };
     let eight = PathSpec { segments: vec![line, arc(4.7), line, arc(-4.4), line], laps: None };
-    // On the map, the fastest handle may be on a line of the heights.
-    let hills = Ground::map(hills_every(5.0, [0.4, 1.3, 2.9], 0.3));
-    for (ground, answers) in [(plane(0.3, -0.2), 2), (hills, 1)] {
-        let dimensions = Dimensions::new(45, 2.4, 1.5, 0.3, 0.2).expect("valid benches");
-        let route = on_ground(eight.clone(), ground);
-        let setting = Setting { dimensions, route, speed_mps: 1.2, accel_mps2: Some(0.5) };
-        assert!(check(&setting, &all(&setting)) >= answers * 6);
-    }
+    let dimensions = Dimensions::new(45, 2.4, 1.5, 0.3, 0.2).expect("valid benches");
+    let route = on_ground(eight, plane(0.3, -0.2));
+    let setting = Setting { dimensions, route, speed_mps: 1.2, accel_mps2: Some(0.5) };
+    assert_eq!(check(&setting, &all(&setting)), 2 * 6);
 }
 
 #[test]
