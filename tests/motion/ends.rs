@@ -1,7 +1,7 @@
 //! Where a run and a show end.
 
 use bench_dragon::source::server::motion::MotionSettings;
-use bench_dragon_ipc::{Refusal, Request, ShowState};
+use bench_dragon_ipc::{Refusal, Request, ShowState, Stop, Stops};
 
 use crate::{after, plan, start};
 
@@ -19,6 +19,18 @@ fn the_show_ends_exactly_at_the_requested_time() {
     let head = motion.head();
     assert_eq!((head.state, head.show_time_ns), (ShowState::Ended, 500_000_000));
     assert!((head.travel_m - 0.5).abs() < 1e-12);
+    assert_eq!(motion.stops(), Stops::from([Stop::RunEnd]));
+}
+
+#[test]
+fn the_show_ends_at_the_requested_time_also_after_a_seek_and_at_speed_0() {
+    for (request, travel_m) in [(Request::Seek { show_time_s: 0.2 }, 0.5), (Request::Speed { speed_mps: 0.0 }, 0.0)] {
+        let mut motion = start(MotionSettings { tick_s: 0.3, until_s: Some(0.5), ..plan() });
+        motion.request(request).expect("the request is in range");
+        let head = after(motion, 50).head();
+        assert_eq!((head.state, head.show_time_ns), (ShowState::Ended, 500_000_000), "{request:?}");
+        assert!((head.travel_m - travel_m).abs() < 1e-12, "{request:?}: {} m", head.travel_m);
+    }
 }
 
 #[test]

@@ -60,6 +60,24 @@ fn a_show_that_stands_falls_no_further_behind_and_a_seek_puts_it_on_time() {
 }
 
 #[test]
+fn before_its_first_tick_a_show_misses_nothing() {
+    for most_jumped in [0, 250] {
+        let mut motion = planned(MotionSettings { most_jumped, ..plan() });
+        motion.miss(5);
+        motion.advance();
+        assert_eq!((motion.head().show_time_ns, motion.catch_up().behind_ns(1000)), (0, 0));
+    }
+}
+
+#[test]
+fn a_show_may_forget_its_lag() {
+    let mut motion = after(start(MotionSettings { most_jumped: 0, ..plan() }), 10);
+    motion.miss(5);
+    motion.forget_lag();
+    assert_eq!((motion.catch_up().behind_ns(1000), after(motion, 1).head().show_time_ns), (0, 11_000_000));
+}
+
+#[test]
 fn commands_apply_from_their_tick_whatever_was_missed_before() {
     let mut motion = after(start(plan()), 10);
     motion.miss(5);

@@ -324,6 +324,64 @@ mod tests {
     }
 
     #[test]
+    fn where_the_plan_itself_rests_the_walk_ends_without_a_ramp() {
+        let walk_to = |limit_m| {
+            let mut walk = Walk::at_rest(TICK_S, Some(1.0), 0.0);
+            walk.steer(0.0, 2.0, limit_m, true);
+            walk
+        };
+        // 2 s and 2 m to reach 2 m/s, then 4 s and 8 m.
+        for (seconds, expected) in [(1.0, (0.5, 1.0)), (2.0, (2.0, 2.0)), (5.9, (9.8, 2.0)), (6.1, (10.0, 0.0))] {
+            assert_near(after(walk_to(10.0), seconds), expected);
+        }
+        // The head is there before it has reached that speed.
+        for (seconds, expected) in [(1.4, (0.98, 1.4)), (1.42, (1.0, 0.0))] {
+            assert_near(after(walk_to(1.0), seconds), expected);
+        }
+        // From 8 m, at 5 s, to another speed: 1 m/s before the limit, less than 2 m/s at the limit, rest before the limit.
+        for (target_mps, limit_m, moments) in [
+            (1.0, 10.0, [(5.5, (8.875, 1.5)), (6.25, (9.75, 1.0)), (6.6, (10.0, 0.0))]),
+            (1.0, 8.875, [(5.4, (8.72, 1.6)), (5.49, (8.859_95, 1.51)), (5.6, (8.875, 0.0))]),
+            (0.0, 12.0, [(6.0, (9.5, 1.0)), (7.0, (10.0, 0.0)), (9.0, (10.0, 0.0))]),
+        ] {
+            let mut walk = walk_to(20.0);
+            walk.advance_to(5.0 / TICK_S);
+            walk.steer(5.0 / TICK_S, target_mps, limit_m, true);
+            for (seconds, expected) in moments {
+                assert_near(after(walk, seconds), expected);
+            }
+        }
+    }
+
+    #[test]
+    fn a_head_leaves_a_rest_of_the_plan_and_no_other_place_at_its_full_speed() {
+        for (rests_at_m, expected) in [(Some(0.0), (2.0, 2.0)), (Some(3.0), (0.5, 1.0)), (None, (0.5, 1.0))] {
+            let mut walk = Walk::at_rest(TICK_S, Some(1.0), 0.0);
+            walk.leave_at_once(rests_at_m);
+            walk.steer(0.0, 2.0, 10.0, true);
+            assert_near(after(walk, 1.0), expected);
+        }
+    }
+
+    #[test]
+    fn the_last_of_two_orders_at_one_instant_counts() {
+        let mut walk = walk(Some(1.0), 2.0, 10.0);
+        walk.advance_to(5.0 / TICK_S);
+        walk.steer(5.0 / TICK_S, 1.0, 50.0, false);
+        walk.steer(5.0 / TICK_S, 2.0, 60.0, false);
+        assert_near(after(walk, 6.0), (10.0, 2.0));
+    }
+
+    #[test]
+    fn a_head_brakes_harder_for_a_limit_that_is_too_near() {
+        let mut walk = walk(Some(1.0), 2.0, 10.0);
+        walk.advance_to(5.0 / TICK_S);
+        walk.steer(5.0 / TICK_S, 2.0, 9.0, false);
+        assert_near(after(walk, 5.5), (8.75, 1.0));
+        assert_near(after(walk, 6.1), (9.0, 0.0));
+    }
+
+    #[test]
     fn a_farther_limit_ends_the_braking() {
         let mut walk = walk(Some(1.0), 2.0, 10.0);
         walk.advance_to(6.0 / TICK_S);
