@@ -254,21 +254,23 @@ mod tests {
         let mut life = started(LONGEST_SILENCE);
         assert_eq!((life.silence(), life.sends_frames()), (None, false), "before the first frame");
         life.hear();
+        let just_before = LONGEST_PERIOD.checked_sub(LOOK).expect("a look is shorter");
         assert_eq!((life.silence(), life.sends_frames()), (Some(Duration::ZERO), true));
-        life.look(Look { elapsed: LONGEST_PERIOD - LOOK, ..running() });
-        assert_eq!((life.silence(), life.sends_frames()), (Some(LONGEST_PERIOD - LOOK), true));
+        life.look(Look { elapsed: just_before, ..running() });
+        assert_eq!((life.silence(), life.sends_frames()), (Some(just_before), true));
         life.look(running());
         assert_eq!((life.silence(), life.sends_frames()), (Some(LONGEST_PERIOD), false));
     }
 
     #[test]
     fn a_child_that_waits_for_a_resource_is_due_when_its_owner_ends_the_wait() {
-        let (mut life, now) = (started(LONGEST_SILENCE), Instant::now());
+        let (mut life, earlier) = (started(LONGEST_SILENCE), Instant::now());
+        let now = earlier + LOOK;
         assert!(!life.end_wait(now), "it runs");
         assert_eq!(life.phase(), Phase::Starting(Duration::ZERO));
         life.wait();
         assert!(life.phase() == Phase::Waiting && !life.is_due(now + LONGEST_BACKOFF));
-        assert!(life.end_wait(now) && life.is_due(now) && !life.is_due(now - LOOK));
+        assert!(life.end_wait(now) && life.is_due(now) && !life.is_due(earlier));
         assert!(!life.end_wait(now), "it no longer waits");
     }
 

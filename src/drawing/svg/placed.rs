@@ -56,7 +56,8 @@ impl<'a> Placed<'a> {
                     }
                 }
                 "all" => {
-                    placed.refuse(&format!("has the property all {}, which is not supported: remove it", quoted(value)))
+                    placed
+                        .refuse(&format!("has the property all {}, which is not supported: remove it", quoted(value)));
                 }
                 "display" => placed.set(name, &value.to_ascii_lowercase()),
                 "overflow" | "font-size" | "transform" | "transform-origin" => placed.set(name, value),
