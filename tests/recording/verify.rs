@@ -221,7 +221,7 @@ fn the_last_moments_before_a_crash_are_unverifiable_and_not_different() {
     let mut behind_a_gap = long_before.clone();
     behind_a_gap.frames.retain(|(header, _)| !(10..21).contains(&header.tick));
     assert!(
-        matches!(behind_a_gap.verify().verdict, RunVerdict::Unverifiable { from_tick: 21, .. }),
+        matches!(behind_a_gap.verify().verdict, RunVerdict::Unverifiable { from_tick: 22, .. }),
         "a lost file's end"
     );
     let mut begun_late = long_before;
