@@ -1,8 +1,8 @@
 //! Files that users name: read as a whole up to a limit, and quoted in messages.
 
-use std::fs::{self, File, OpenOptions};
+use std::fs::{File, Metadata, OpenOptions};
 use std::io::{self, ErrorKind, Read as _};
-use std::os::unix::fs::OpenOptionsExt as _;
+use std::os::unix::fs::{MetadataExt as _, OpenOptionsExt as _};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -32,14 +32,37 @@ impl From<io::Error> for InputFileError {
 }
 
 /// The bytes of a file, at most 64 MiB.
+///
+/// # Errors
+/// It cannot be read, is too long, has no end, or changes meanwhile.
 pub(crate) fn read(file: &Path) -> Result<Vec<u8>, InputFileError> {
-    // Opening a pipe would wait for its writer.
-    if !fs::metadata(file)?.is_file() {
+    let source = open(file)?;
+    // The open file is asked: its name may belong to another one by now.
+    let before = source.metadata()?;
+    if !before.is_file() {
         return Err(io::Error::other("is not a file").into());
     }
     let mut bytes = vec![];
-    File::open(file)?.take(MAX_LEN + 1).read_to_end(&mut bytes)?;
-    if bytes.len() as u64 > MAX_LEN { Err(InputFileError::TooLong) } else { Ok(bytes) }
+    (&source).take(MAX_LEN + 1).read_to_end(&mut bytes).map_err(unending)?;
+    if bytes.len() as u64 > MAX_LEN {
+        return Err(InputFileError::TooLong);
+    }
+    let state = |file: &Metadata| (file.len(), file.mtime(), file.mtime_nsec());
+    if state(&source.metadata()?) != state(&before) {
+        return Err(io::Error::other("changed while it was read").into());
+    }
+    Ok(bytes)
+}
+
+/// Opens a file to read it, and never waits: neither here for a pipe's writer, nor later for bytes.
+fn open(file: &Path) -> io::Result<File> {
+    let nonblocking = rustix::fs::OFlags::NONBLOCK.bits() as i32;
+    OpenOptions::new().read(true).custom_flags(nonblocking).open(file)
+}
+
+/// The error of a read. A file that has no bytes yet is one of the kernel, such as a log.
+fn unending(error: io::Error) -> io::Error {
+    if error.kind() == ErrorKind::WouldBlock { io::Error::other("is a file without an end") } else { error }
 }
 
 /// The first bytes of a file, a pipe or a terminal, at most `most`.
@@ -47,9 +70,7 @@ pub(crate) fn read(file: &Path) -> Result<Vec<u8>, InputFileError> {
 /// # Errors
 /// It cannot be read, or is a pipe that does not end within 10 s.
 pub(crate) fn read_any(file: &Path, most: u64) -> io::Result<Vec<u8>> {
-    // Opening a pipe would otherwise wait for its writer.
-    let nonblocking = rustix::fs::OFlags::NONBLOCK.bits() as i32;
-    let mut source = OpenOptions::new().read(true).custom_flags(nonblocking).open(file)?;
+    let mut source = open(file)?;
     let until = Instant::now() + MAX_WAIT;
     let mut bytes = vec![];
     let mut chunk = [0; 1 << 14];
@@ -105,4 +126,25 @@ pub(crate) fn quoted(text: &str) -> String {
         char => char,
     });
     format!("\"{}\"", printable.take(LONGEST).collect::<String>())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use rustix::fs::{CWD, FileType, Mode, mknodat};
+
+    use super::*;
+
+    #[test]
+    fn only_a_file_is_read_and_nothing_waits_for_a_writer() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let [file, pipe] = ["a.csv", "pipe"].map(|name| folder.path().join(name));
+        fs::write(&file, "0,0\n").expect("a file");
+        mknodat(CWD, &pipe, FileType::Fifo, Mode::RUSR | Mode::WUSR, 0).expect("a pipe");
+        assert_eq!(read(&file).expect("a file"), b"0,0\n");
+        for other in [pipe.as_path(), folder.path(), Path::new("/dev/null")] {
+            assert_eq!(read(other).expect_err("no file").to_string(), "cannot be read: is not a file", "{other:?}");
+        }
+    }
 }

@@ -58,9 +58,9 @@ pub(crate) fn hashes_of_recorded(frames: &[(RecordedFrame, String)]) -> Vec<u64>
     frames.iter().map(|(frame, _)| content_hash(&frame.header, &frame.handles)).collect()
 }
 
-/// Fails unless each frame of a pass was due by the recorded instants, the time scales and the rate, or was late and counted.
-/// After a delay, the frames follow a tenth faster until the replay is on time again.
-pub(crate) fn assert_paced(shots: &[Shot], recorded: &[FrameHeader], rate: f64, overruns: &Value) {
+/// Fails unless each frame of a pass was due by the recorded instants, the time scales and the rate, or was late. After a delay, the
+/// frames follow a tenth faster until the replay is on time again. Returns the number of late frames.
+pub(crate) fn late_frames(shots: &[Shot], recorded: &[FrameHeader], rate: f64) -> u64 {
     assert_eq!(shots.len(), recorded.len());
     let mut clock = PlaybackClock::new(rate);
     for (shot, recorded) in shots.iter().zip(recorded) {
@@ -73,7 +73,12 @@ pub(crate) fn assert_paced(shots: &[Shot], recorded: &[FrameHeader], rate: f64, 
         );
         assert_eq!(shot.header.time_scale, recorded.time_scale * clock.rate(), "{:?}", shot.header);
     }
-    assert_eq!(*overruns, clock.overruns(), "late frames are counted");
+    clock.overruns()
+}
+
+/// The same of a pass that has counted its late frames.
+pub(crate) fn assert_paced(shots: &[Shot], recorded: &[FrameHeader], rate: f64, overruns: &Value) {
+    assert_eq!(*overruns, late_frames(shots, recorded, rate), "late frames are counted");
 }
 
 /// Returns the contacts that a monitor has reported, without their runs.
