@@ -259,6 +259,15 @@ fn links_that_are_too_short_are_refused_with_the_smallest_allowed_length() {
 }
 
 #[test]
+fn a_long_link_in_a_tight_turn_takes_bounded_work() {
+    work_alone();
+    let text = "[dragon]\nbenches = 3\nhead_length_m = 0.4434254132248732\nbody_length_m = 45.79440183417507\n\
+                width_m = 1\nhole_offset_m = 0\n[route]\npitch_m = 1.01\nkind = \"turnaround\"\n\
+                turn_diameter_m = 1\nradius_ratio = 1\n[head]\nspeed_mps = 1\n[monitor]\nnear_m = 0\n";
+    assert!(is_bounded(text), "a valid configuration");
+}
+
+#[test]
 fn any_dragon_takes_bounded_work_and_memory() {
     work_alone();
     // The dragons are the same in each run. A larger number of cases adds more.

@@ -281,7 +281,7 @@ impl Faults<'_> {
     /// The interval is bisected until each part is proved to have no jump, or is so short that a longer motion is one.
     fn leap(&self, low: (f64, &RearEnd), high: (f64, &RearEnd)) -> Option<f64> {
         let arc_m = self.arc_m(low.0, high.0);
-        if self.least_crossing(low, high, arc_m).is_some() {
+        if self.meter.is_spent() || self.least_crossing(low, high, arc_m).is_some() {
             return None;
         }
         let middle = 0.5 * (low.0 + high.0);
