@@ -10,8 +10,10 @@ use std::fs;
 use std::io::{Read as _, Write as _};
 use std::net::{TcpStream, UdpSocket};
 use std::rc::Rc;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::sync::mpsc::{self, Receiver, Sender};
-use std::thread;
+use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use bench_dragon::system::clock::monotonic_ns;
@@ -66,7 +68,8 @@ pub(crate) fn measure() {
     let contestants = contestants(&domain, &page, &listening);
     let client = CommandClient::open(&domain, "bench").expect("the server runs");
     let events = CommandEventReader::open(&domain, "bench").expect("the server runs");
-    let seen = watch(&domain);
+    let watch = Watch::begin(&domain);
+    let seen = &watch.seen;
     let mut all: Vec<(Vec<f64>, Vec<f64>)> = vec![(Vec::new(), Vec::new()); contestants.len()];
     for turn in 0..TURNS * contestants.len() {
         let index = (turn + turn / contestants.len()) % contestants.len();
@@ -103,18 +106,35 @@ fn accepted_tick(events: &CommandEventReader) -> u64 {
     panic!("the server has reported no GO within {TIMEOUT:?}")
 }
 
-/// Reads the bus in a thread. Returns the changes.
-fn watch(domain: &Domain) -> Receiver<Seen> {
-    let (sender, seen) = mpsc::channel();
-    let domain = domain.clone();
-    thread::spawn(move || look(&domain, &sender));
-    seen
+/// A thread that reads the bus. It leaves the bus before this value is gone, so that the bench leaves nothing behind.
+struct Watch {
+    /// The changes.
+    seen: Receiver<Seen>,
+    is_over: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
 }
 
-fn look(domain: &Domain, seen: &Sender<Seen>) {
+impl Watch {
+    fn begin(domain: &Domain) -> Self {
+        let (sender, seen) = mpsc::channel();
+        let (domain, is_over) = (domain.clone(), Arc::<AtomicBool>::default());
+        let over = Arc::clone(&is_over);
+        Self { seen, is_over, thread: Some(thread::spawn(move || look(&domain, &sender, &over))) }
+    }
+}
+
+impl Drop for Watch {
+    fn drop(&mut self) {
+        self.is_over.store(true, Relaxed);
+        // A panic of the thread has been printed, and ended the turns.
+        let _ = self.thread.take().map(JoinHandle::join);
+    }
+}
+
+fn look(domain: &Domain, seen: &Sender<Seen>, is_over: &AtomicBool) {
     let mut frames = FrameSubscriber::open(domain, "bench").expect("the server runs");
     let mut waits = false;
-    loop {
+    while !is_over.load(Relaxed) {
         let Ok(frame) = frames.receive() else { return };
         let Some(frame) = frame else {
             thread::yield_now();
