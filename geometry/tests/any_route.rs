@@ -198,7 +198,7 @@ proptest! {
     /// The bounds of the coil use its own centre. They rule out no contact that a search without them finds.
     #[test]
     fn a_coil_anywhere_has_the_same_contacts_as_the_plain_curve(dragon in dragons()) {
-        let plain = Dragon::new(*dragon.dimensions(), Arc::new(dragon.route().clone().without_coil())).expect("it stands");
+        let plain = Dragon::new(*dragon.dimensions(), Arc::new(dragon.route().clone().without_spiral_bounds())).expect("it stands");
         let [known, searched] = [&dragon, &plain].map(|dragon| {
             first_contact(dragon, dragon.start_travel_m(), dragon.end_travel_m()).expect("no limit")
         });
@@ -222,7 +222,7 @@ fn a_head_that_crosses_its_own_coil_touches_it_for_any_centre() {
         let line = Segment::Line(Line::from_begin(DVec2::ZERO, end.tangent, 60.0));
         let route = Route::new(&[Segment::Spiral(coil), line], 0.0, [-1.0, 60.0]).expect("the line continues the coil");
         let dimensions = Dimensions::new(60, 1.5, 1.2, 0.3, 0.1).expect("valid benches");
-        let [known, searched] = [route.clone(), route.without_coil()].map(|route| {
+        let [known, searched] = [route.clone(), route.without_spiral_bounds()].map(|route| {
             let dragon = Dragon::new(dimensions, Arc::new(route)).expect("the dragon stands");
             first_contact(&dragon, -1.0, 60.0).expect("no limit").expect("the head meets the coil")
         });

@@ -21,7 +21,7 @@ fn turning_twins() -> impl Strategy<Value = [Dragon; 2]> {
         let turnaround = Turnaround::new(pitch_m, diameter_m, ratio).ok()?.between(-5.0, end_m).ok()?;
         let route = turnaround.route();
         let known = Dragon::new(dimensions, Arc::new(route.clone())).ok()?;
-        Some([known, Dragon::new(dimensions, Arc::new(route.without_coil())).ok()?])
+        Some([known, Dragon::new(dimensions, Arc::new(route.without_spiral_bounds())).ok()?])
     })
 }
 
@@ -33,7 +33,7 @@ fn twin_dragons() -> impl Strategy<Value = [Dragon; 2]> {
         let dimensions = Dimensions::new(count, head_m, body_m, width_m, hole_m).ok()?;
         let spiral = Route::spiral(pitch * width_m, turns).ok()?;
         let known = Dragon::new(dimensions, Arc::new(spiral.clone())).ok()?;
-        Some([known, Dragon::new(dimensions, Arc::new(spiral.without_coil())).ok()?])
+        Some([known, Dragon::new(dimensions, Arc::new(spiral.without_spiral_bounds())).ok()?])
     })
 }
 
@@ -91,7 +91,7 @@ fn heads_that_start_where_they_barely_follow_have_the_same_contacts_with_and_wit
         let [head_m, body_m, width_m, hole_m] = lengths;
         let Ok(dimensions) = Dimensions::new(random.usize(3..30), head_m, body_m, width_m, hole_m) else { continue };
         let spiral = Route::spiral(pitch * width_m, turns).expect("a valid spiral");
-        let plain = Dragon::new(dimensions, Arc::new(spiral.clone().without_coil()));
+        let plain = Dragon::new(dimensions, Arc::new(spiral.clone().without_spiral_bounds()));
         let (Ok(known), Ok(plain)) = (Dragon::new(dimensions, Arc::new(spiral)), plain) else { continue };
         assert_same_contacts(&[known, plain], 0.0, 0.5).expect("the same contacts");
         searched += 1;

@@ -1,12 +1,12 @@
 //! Boards that slide along each other, with a clearance of 0 up to rounding. The route goes in on a line, round a loop, and
-//! back beside the line at the distance of a board's width.
+//! back beside the line at the distance of a board's width. On a spiral that is nearly an arc, boards hardly move against each other.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use bench_dragon_geometry::clearance::{ContactSearch, PairEvent};
-use bench_dragon_geometry::dragon::{Dimensions, Dragon};
-use bench_dragon_geometry::route::{CircularArc, Line, Route, Segment, Turn};
+use bench_dragon_geometry::dragon::{Dimensions, Dragon, Meter};
+use bench_dragon_geometry::route::{CircularArc, Line, PathSegment, PathSpec, Route, RouteSpec, Segment, Turn};
 use glam::DVec2;
 
 const WIDTH_M: f64 = 0.4;
@@ -95,4 +95,29 @@ fn first_contact_is_at_the_travel_where_the_head_comes_alongside() {
     assert_eq!(contact.benches[0], 0);
     let back_m = back_m();
     assert!((contact.travel_m - back_m).abs() < 1.2, "touches at {} m, alongside from {back_m} m", contact.travel_m);
+}
+
+/// The curvature of this spiral hardly changes, and the boards of every other bench overlap a little on it. The bounds of general curves
+/// settle only short intervals there.
+#[test]
+fn sweep_along_a_spiral_that_is_nearly_an_arc_takes_bounded_work() {
+    let dimensions = Dimensions::new(8, 0.975, 0.847, 0.368, 0.1987).expect("valid benches");
+    let spiral = |start_radius_m, end_radius_m, turn_deg: f64| PathSegment::Spiral {
+        start_radius_m,
+        end_radius_m,
+        turn: turn_deg.to_radians(),
+    };
+    let line = |length_m| PathSegment::Line { length_m };
+    for spiral in [spiral(2.854, 3.006, 246.9), spiral(3.006, 2.854, 246.9), spiral(2.854, 3.006, -246.9)] {
+        let path = PathSpec { segments: vec![line(0.87), spiral, line(6.0)], laps: None };
+        let route = RouteSpec::from(path).build(1.0, dimensions.links_m()).expect("a path");
+        let [known, plain] = [route.clone(), route.without_spiral_bounds()].map(|route| {
+            let dragon = Dragon::new(dimensions, Arc::new(route)).expect("the dragon stands on the line");
+            let mut search = ContactSearch::new(&dragon.metered(&Meter::of(1_000_000)));
+            let swept = search.sweep(dragon.start_travel_m(), dragon.end_travel_m());
+            (swept.reached_m == dragon.end_travel_m(), swept.events.len())
+        });
+        assert!(known.0 && known.1 >= 6, "{known:?}");
+        assert!(!plain.0, "{plain:?}");
+    }
 }

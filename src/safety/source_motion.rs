@@ -14,7 +14,8 @@ const TRAVEL_TOLERANCE_M: f64 = SHOW_TIME_TOLERANCE_S * Request::MAX_SPEED_MPS;
 const TIMECODE_SPEEDUP: f64 = 1.25;
 /// Rounding of the instants at which two frames were due, in seconds.
 const CLOCK_TOLERANCE_S: f64 = 2e-9;
-/// Distance of two frames, in periods, above which a period was missed.
+/// Show time that may have passed between two frames, in configured steps, above which a period was missed. One period takes at most
+/// 1.21, with the fastest timecode and a standstill to make up for, and two periods take at least 1.8, with the slowest timecode.
 const MISSED_FROM: f64 = 1.5;
 
 /// Properties of the source's steps in a configuration.
@@ -65,7 +66,7 @@ impl SourceMotion {
         // standstill, or it replays a recording faster or slower. In the last case, the time scale does not determine the
         // steps.
         let longest_tick_s = if [last_s, next_s] == [tick_s; 2] { tick_s } else { TIMECODE_SPEEDUP * tick_s };
-        let has_missed = clock_s > MISSED_FROM * longest_tick_s;
+        let has_missed = clock_s > MISSED_FROM * tick_s;
         let longest_s = match ticks {
             // A frame from another host is due at its arrival. It may arrive early, so one more period is allowed.
             1 if has_missed => (clock_s + longest_tick_s).min((most_jumped as f64 + 1.0) * longest_tick_s),
@@ -106,6 +107,7 @@ fn clock_s(last: &FrameHeader, next: &FrameHeader) -> f64 {
 mod tests {
     use super::*;
     use crate::safety::monitor::walking_frame as frame;
+    use crate::source::timecode::Follower;
 
     const MOTION: SourceMotion = SourceMotion {
         tick_s: 0.02,
@@ -175,6 +177,22 @@ mod tests {
         ] {
             assert_eq!(walked(periods, next), is_walked, "{what}");
         }
+    }
+
+    #[test]
+    fn jump_over_one_missed_period_is_walked_at_every_pace_of_a_timecode() {
+        for time_scale in [Follower::LEAST_TIME_SCALE, 0.9357, 1.0, Follower::GREATEST_TIME_SCALE] {
+            let last = due(5 * PERIOD_NS, scaled(time_scale, frame(5, 0.1)));
+            let next = due(7 * PERIOD_NS, scaled(time_scale, frame(6, 0.1 + 0.04 * time_scale)));
+            assert!(MOTION.has_walked(&last, &next), "at {time_scale}");
+        }
+    }
+
+    #[test]
+    fn seek_at_the_greatest_pace_of_a_timecode_without_a_missed_period_is_not_walked() {
+        let fastest = scaled(Follower::GREATEST_TIME_SCALE * FASTEST, frame(5, 0.1));
+        let next = scaled(fastest.time_scale, frame(6, 0.14));
+        assert!(!MOTION.has_walked(&due(5 * PERIOD_NS, fastest), &due(6 * PERIOD_NS, next)));
     }
 
     #[test]

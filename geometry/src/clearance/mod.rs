@@ -5,7 +5,6 @@ mod bench_search;
 mod board_tree;
 mod border_search;
 mod breach_ground;
-mod coil_motion;
 mod coil_reach;
 mod contact;
 mod contact_search;
@@ -32,6 +31,7 @@ mod proven_course;
 mod proven_travel;
 mod repeated_walk;
 mod search;
+mod spiral_motion;
 mod swept_area;
 
 pub(crate) use approach_search::{ApproachSearch, Pairs, Piece, ROUNDING_M};

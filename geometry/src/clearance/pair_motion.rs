@@ -1,6 +1,6 @@
 //! Bounds on the relative motion of two benches from one pose to a later one.
 //!
-//! A parameter grows steadily during the motion. On a coil it is an angle, and the frame rotates with it (see `coil_motion`);
+//! A parameter grows steadily during the motion. On a spiral it is an angle, and the frame rotates with it (see `spiral_motion`);
 //! elsewhere it is an arc (see `curve_motion`). Relative to a board with the centre m and the heading u, a corner c of the
 //! other board has the coordinates u·(c − m) and u⊥·(c − m). Their second derivatives are those of c and m in that direction,
 //! plus at most 2·|u'|·(|c'| + |m'|) + |u''|·|c − m|. If they are at most E, then over an interval ℓ of the parameter each
@@ -35,8 +35,10 @@ pub(super) struct PairMotion {
 /// The parameter of a motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum MotionParameter {
-    /// The angle of the pair's front handle on a coil. The bounds are nearly the same on every part of an interval.
-    CoilAngle,
+    /// The angle of the pair's front handle on a spiral walked inward. The bounds are nearly the same on every part of an interval.
+    FrontAngle,
+    /// The angle of the pair's rear handle on a spiral walked outward, likewise.
+    RearAngle,
     /// The arc that the pair's front handle walks.
     Arc,
     /// Plan time, for benches of two dragons.
@@ -65,9 +67,14 @@ pub(super) struct BenchMotion {
 }
 
 impl MotionParameter {
+    pub(super) fn is_angle(self) -> bool {
+        matches!(self, Self::FrontAngle | Self::RearAngle)
+    }
+
     fn of(self, pose: &PairPose) -> f64 {
         match self {
-            Self::CoilAngle => pose.benches[0].front.parameter,
+            Self::FrontAngle => pose.benches[0].front.parameter,
+            Self::RearAngle => pose.benches[1].rear.parameter,
             Self::Arc => pose.benches[0].front_travel_m,
             Self::PlanTime => pose.parameter,
         }
@@ -202,13 +209,29 @@ mod tests {
     use super::super::pose::Pose;
     use super::*;
     use crate::dragon::{Dimensions, Dragon};
-    use crate::route::{Route, Turnaround};
+    use crate::route::{Line, Route, Segment, Spiral, Turn, Turnaround};
 
     fn spirals() -> impl Strategy<Value = Arc<Route>> {
         (0.3..3.0_f64, 1.0..12.0_f64).prop_map(|(pitch_m, turns)| {
             let spiral = Route::spiral(pitch_m, turns).expect("a valid spiral");
             Arc::new(spiral)
         })
+    }
+
+    /// A line, and a spiral behind it that is walked outward or inward.
+    fn spirals_of_paths() -> impl Strategy<Value = Arc<Route>> {
+        let winding = prop_oneof![Just(Turn::Clockwise), Just(Turn::CounterClockwise)];
+        (0.3..2.0_f64, 6.0..20.0_f64, 40.0..80.0_f64, any::<bool>(), winding).prop_map(
+            |(pitch_m, less, more, is_inward, winding)| {
+                let [from, to] = if is_inward { [more, less] } else { [less, more] };
+                let spiral = Spiral::new(pitch_m, from, to).from_begin(DVec2::ZERO, DVec2::X, winding);
+                let line = Segment::Line(Line::up_to(DVec2::ZERO, DVec2::X));
+                let route =
+                    Route::new(&[line, Segment::Spiral(spiral)], 0.0, [0.0, 1.0]).expect("the spiral begins there");
+                let end_m = route.travel(route.seams()[0] + (to - from).abs());
+                Arc::new(route.between(0.0, end_m).expect("the end of the spiral"))
+            },
+        )
     }
 
     fn turnarounds() -> impl Strategy<Value = Arc<Route>> {
@@ -263,9 +286,16 @@ mod tests {
 
         #[test]
         fn corners_stay_within_their_leeway_on_spirals((dragon, pair, poses) in ways(spirals())) {
-            if let Some(motion) = PairMotion::on_coil(&dragon, pair, &poses[0], &poses[2]) {
+            if let Some(motion) = PairMotion::on_spiral(&dragon, pair, &poses[0], &poses[2]) {
                 assert_leeway(&motion, &dragon, pair, &poses)?;
             }
+        }
+
+        #[test]
+        fn corners_stay_within_their_leeway_on_spirals_of_paths((dragon, pair, poses) in ways(spirals_of_paths())) {
+            let motion = PairMotion::on_spiral(&dragon, pair, &poses[0], &poses[2]);
+            prop_assume!(motion.is_some());
+            assert_leeway(&motion.expect("it is on the spiral"), &dragon, pair, &poses)?;
         }
 
         #[test]

@@ -16,7 +16,7 @@ use glam::DVec2;
 
 use super::contact::{Contact, PairEvent};
 use super::pair::{Members, Pair, PairPose};
-use super::pair_motion::{GRAZE_M, MotionParameter, PairMotion};
+use super::pair_motion::{GRAZE_M, PairMotion};
 use super::pose::Pose;
 use crate::dragon::Dragon;
 use crate::dragon::board::{Approach, Board};
@@ -26,7 +26,7 @@ use crate::dragon::board::{Approach, Board};
 const RESOLUTION: f64 = 1e-11;
 
 /// Share of an interval at which the bounds on the pair's motion are first calculated, and at which they are calculated again
-/// for a part. They apply off a coil and cost as much as many evaluations. So only a pair still unsettled after ten bisections
+/// for a part. They apply off a spiral and cost as much as many evaluations. So only a pair still unsettled after ten bisections
 /// is worth them.
 const RENEWAL: f64 = 1.0 / 1024.0;
 
@@ -91,7 +91,7 @@ impl<'a> PairTracker<'a> {
         sink: &mut impl FnMut(PairEvent) -> ControlFlow<PairEvent>,
     ) -> ControlFlow<PairEvent> {
         dragon.meter().add((benches[1] - benches[0]) as u64);
-        let motion = PairMotion::on_coil(dragon, benches, earlier, later);
+        let motion = PairMotion::on_spiral(dragon, benches, earlier, later);
         let pair = Pair::of(dragon, benches);
         Self::walk_between(pair, clearance_m, motion, [pair.at(earlier), pair.at(later)], sink)
     }
@@ -141,8 +141,7 @@ impl<'a> PairTracker<'a> {
             return ControlFlow::Continue(());
         }
         let (from, to) = (earlier.pose.parameter, later.pose.parameter);
-        let is_on_coil = |motion: PairMotion| motion.parameter == MotionParameter::CoilAngle;
-        if to - from <= RENEWAL * self.length && !self.motion.is_some_and(is_on_coil) {
+        if to - from <= RENEWAL * self.length && !self.motion.is_some_and(|motion| motion.parameter.is_angle()) {
             return self.renewed(earlier, later).walk(earlier, later, sink);
         }
         let at = 0.5 * (from + to);

@@ -47,6 +47,7 @@ pub use placement::Placement;
 pub use segment::Segment;
 pub use spec::{RouteShape, RouteSpec, SpiralSpec, TurnaroundSpec};
 pub use spiral::Spiral;
+pub(crate) use spiral::SpiralPart;
 pub use stretch::TightestBend;
 pub use turnaround::Turnaround;
 
@@ -111,6 +112,8 @@ pub struct Route {
     /// The first seam; infinite for a route of one segment.
     first_seam: f64,
     coil: Option<Coil>,
+    /// Whether searches use the bounds of spirals.
+    has_spiral_bounds: bool,
     start_travel_m: f64,
     end_travel_m: f64,
     /// Parameter behind which no handle may stand.
@@ -149,6 +152,7 @@ impl Route {
             seams: segments[1..].iter().map(|placed| placed.begin).collect(),
             first_seam: segments.get(1).map_or(f64::INFINITY, |placed| placed.begin),
             coil: Coil::of(&segments),
+            has_spiral_bounds: true,
             start_travel_m,
             end_travel_m,
             standing_begin: f64::NEG_INFINITY,
@@ -207,10 +211,11 @@ impl Route {
         Self { standing_begin: self.standing_begin, ..placed.expect("placed segments still join") }
     }
 
-    /// The same curve without its [`coil`](Self::coil). Tests compare the proofs that use the coil with searches on this route.
+    /// The same curve without its [`coil`](Self::coil) and the bounds on motion along spirals. Tests compare the proofs that use
+    /// these with searches on this route.
     #[must_use]
-    pub fn without_coil(self) -> Self {
-        Self { coil: None, ..self }
+    pub fn without_spiral_bounds(self) -> Self {
+        Self { coil: None, has_spiral_bounds: false, ..self }
     }
 
     /// Travel at which the run begins, in metres. It is 0, or negative if the start lies before t = 0.
@@ -339,6 +344,13 @@ impl Route {
         let number = self.number_of_begin(rear);
         let is_level = self.profile.is_none();
         is_level && number == self.number_at(front) && self.segments[number].segment.curve().has_constant_curvature()
+    }
+
+    /// The spiral that contains the route between two parameters, the rear one first; `None` without one, or on ground.
+    pub(crate) fn spiral_between(&self, [rear, front]: [f64; 2]) -> Option<SpiralPart> {
+        let number = self.number_of_begin(rear);
+        let is_known = self.has_spiral_bounds && self.profile.is_none() && number == self.number_at(front);
+        if is_known { self.segments[number].spiral_part() } else { None }
     }
 
     /// Bound on the displacement along the curve that rounding causes at a parameter, in metres. `speed_m_per_unit` is the

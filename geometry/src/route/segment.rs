@@ -3,6 +3,7 @@
 use super::capability::{ArcLength, Bounds, Crosses, PlaneCurve};
 use super::kernel::Rounding;
 use super::kinds::kinds;
+use super::spiral::SpiralPart;
 use super::{CircularArc, Kernel, Line, Placement, RoutePoint, Spiral};
 use crate::numerics::Interval;
 
@@ -110,6 +111,13 @@ impl PlacedSegment {
         let kernel = segment.curve().kernel(begin, offset);
         let (rounding, from_origin_m) = (kernel.rounding(), segment.curve().reference().length());
         Self { segment, begin, begin_travel_m, offset, anchor_m, kernel, rounding, from_origin_m }
+    }
+
+    /// The segment as a spiral; `None` for another curve.
+    pub(super) fn spiral_part(&self) -> Option<SpiralPart> {
+        let Segment::Spiral(spiral) = self.segment else { return None };
+        let (is_inward, radius_per_radian_m) = (spiral.is_inward(), spiral.radius_per_radian_m());
+        Some(SpiralPart { radius_per_radian_m, is_inward, angle_at_0: spiral.angle(self.local(0.0)) })
     }
 
     /// Bound on the displacement that rounding causes at a parameter of the route, in metres.

@@ -113,6 +113,24 @@ impl Spiral {
     }
 }
 
+/// A spiral under a part of a route, by the route's parameter.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SpiralPart {
+    /// b in metres.
+    pub(crate) radius_per_radian_m: f64,
+    /// Whether it is walked towards the centre.
+    pub(crate) is_inward: bool,
+    /// θ at the route's parameter 0, on the spiral continued to there.
+    pub(super) angle_at_0: f64,
+}
+
+impl SpiralPart {
+    /// θ at a parameter of the route.
+    pub(crate) fn angle(&self, parameter: f64) -> f64 {
+        self.angle_at_0 + if self.is_inward { -parameter } else { parameter }
+    }
+}
+
 impl PlaneCurve for Spiral {
     #[inline]
     fn span(&self) -> (f64, f64) {

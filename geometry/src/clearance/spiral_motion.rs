@@ -1,4 +1,4 @@
-//! Motion of two benches on a coil, relative to the front bench of the pair.
+//! Motion of two benches on a spiral, relative to the front bench of the pair.
 //!
 //! **Terms.** On the spiral r = b·θ, let x be the angle θ of the front handle of the pair's front bench. This x is the
 //! parameter of the motion, and its direction is that of a rotating frame. A link lies between the angles x and y = F(x), with
@@ -15,6 +15,8 @@
 //! 5. The bench's own frame is the one in which its front handle only moves inward. In it, the bench's heading u turns by ψ,
 //!    with |ψ'| ≤ (sum of the handles' speeds)/d and |u''| ≤ (sum of their accelerations)/d.
 //! 6. In the frame of x, the heading turns at the rate ψ'·q + q − 1. Bounds on this rate and on its derivative follow.
+//! 7. A dragon that walks outward is one that walks inward with its rear first, backwards in time. So the same bounds hold, with x
+//!    at the rear handle of the pair's rear bench, and the earlier end of the motion in place of the later one.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -26,29 +28,35 @@ use crate::dragon::Dragon;
 
 impl PairMotion {
     /// Bounds on the motion of two benches from one pose to a later one, per radian of x. `None` unless the whole motion is on
-    /// the coil of the route.
-    pub(super) fn on_coil(dragon: &Dragon, [first, second]: [usize; 2], earlier: &Pose, later: &Pose) -> Option<Self> {
-        let coil = dragon.route().coil()?;
-        let b = coil.radius_per_radian_m;
-        let angle = |pose: &Pose, handle: usize| coil.angle(pose.handles[handle].parameter);
-        let mut front_angle = angle(later, first)?;
+    /// one spiral.
+    pub(super) fn on_spiral(
+        dragon: &Dragon,
+        [first, second]: [usize; 2],
+        earlier: &Pose,
+        later: &Pose,
+    ) -> Option<Self> {
+        let ends = [earlier.handles[second + 1].parameter, later.handles[first].parameter];
+        let spiral = dragon.route().spiral_between(ends)?;
+        let b = spiral.radius_per_radian_m;
+        let [outer, inner] = if spiral.is_inward { [earlier, later] } else { [later, earlier] };
+        let angle = |pose: &Pose, handle: usize| spiral.angle(pose.handles[handle].parameter);
         let mut sum = Lag::default();
-        let mut benches = [None; 2];
-        for bench in first..=second {
-            let rear_angle = angle(later, bench + 1)?;
-            let link = Lag::between(front_angle, rear_angle)?;
+        let mut benches = [BenchMotion::default(); 2];
+        for step in 0..=second - first {
+            let bench = if spiral.is_inward { first + step } else { second - step };
+            let handles = if spiral.is_inward { [bench, bench + 1] } else { [bench + 1, bench] };
+            let link = Lag::between(handles.map(|handle| angle(inner, handle)))?;
             let ahead = sum;
             sum = Lag { lag: sum.lag + link.lag, rate: sum.rate + link.rate };
             if bench == first || bench == second {
-                let [front_m, rear_m] = [b * angle(earlier, bench)?, b * angle(earlier, bench + 1)?];
+                let [front_m, rear_m] = handles.map(|handle| b * angle(outer, handle));
                 let handles = [HandleMotion::new(b, front_m, ahead), HandleMotion::new(b, rear_m, sum)];
                 let own_rear = HandleMotion::new(b, rear_m, link);
-                benches[usize::from(bench == second)] = Some(bench_motion(dragon, bench, b, handles, own_rear));
+                benches[usize::from(bench == second)] = bench_motion(dragon, bench, b, handles, own_rear);
             }
-            front_angle = rear_angle;
         }
-        let benches = [benches[0]?, benches[1]?];
-        Some(Self { benches, corner_arm_m: dragon.corner_arm_m(), parameter: MotionParameter::CoilAngle })
+        let parameter = if spiral.is_inward { MotionParameter::FrontAngle } else { MotionParameter::RearAngle };
+        Some(Self { benches, corner_arm_m: dragon.corner_arm_m(), parameter })
     }
 }
 
@@ -60,7 +68,7 @@ struct Lag {
 }
 
 impl Lag {
-    fn between(front_angle: f64, rear_angle: f64) -> Option<Self> {
+    fn between([front_angle, rear_angle]: [f64; 2]) -> Option<Self> {
         let half_angle = 0.5 * (rear_angle - front_angle);
         if half_angle >= FRAC_PI_2 || front_angle <= 0.0 {
             return None;
