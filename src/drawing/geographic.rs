@@ -36,6 +36,11 @@ pub(super) fn local(points: &[LonLat], choice: &PathChoice<'_>) -> Result<Vec<DV
     }
     let wrong = points.iter().find(|point| !(point.lon.abs() <= 360.0 && point.lat.abs() <= 90.0));
     if let Some(&LonLat { lon, lat }) = wrong {
+        if lon.is_nan() || lat.is_nan() {
+            return Err(DrawingFileError(
+                "has a position whose longitude or latitude is missing or no number".to_owned(),
+            ));
+        }
         let [lon, lat] = [lon, lat].map(Number);
         let range = "must be from -360 to 360 and from -90 to 90";
         return Err(DrawingFileError(format!("has the longitude {lon} and the latitude {lat}, {range}")));
@@ -139,6 +144,6 @@ mod tests {
             error(&[[37.9, 140.9], [37.9, 140.8]])
                 .starts_with("has the longitude 37.9 and the latitude 140.9, must be")
         );
-        assert!(error(&[[f64::NAN, 0.0]]).starts_with("has the longitude NaN"));
+        assert!(error(&[[f64::NAN, 0.0]]).starts_with("has a position whose longitude"));
     }
 }

@@ -5,6 +5,7 @@
 mod esri_ascii;
 mod geotiff;
 mod png;
+mod sidecar;
 
 use std::path::Path;
 
@@ -108,14 +109,19 @@ struct FileGrid {
     heights: Vec<f64>,
 }
 
-/// Reads heights from a file, in the format of its extension.
+/// Reads heights from a file, in the format of its extension. Files beside it, `file.aux.xml` and `.prj`, must agree that it has metres;
+/// a PNG has its unit from the configuration alone.
 ///
 /// # Errors
 /// The file cannot be read, is too long, or does not have heights in the allowed ranges.
 pub fn read(file: &Path, placing: &Placing) -> Result<Grid, HeightMapError> {
     let format = HeightMapFormat::of(file)
         .ok_or_else(|| HeightMapError("has no known format, must be .tif, .tiff, .asc or .png".to_owned()))?;
-    parse(&input_file::read(file)?, format, placing)
+    let grid = parse(&input_file::read(file)?, format, placing)?;
+    if format != HeightMapFormat::Png {
+        sidecar::require_unscaled_metres(file, placing)?;
+    }
+    Ok(grid)
 }
 
 /// Reads heights from the bytes of a file.

@@ -19,6 +19,7 @@ use super::{FileGrid, HeightMapError, MAX_HEIGHTS, Placing, flip_columns, flip_r
 
 use structure::{require_moderate_parts, require_no_mask, require_one_grey_band, require_tags_within};
 use tags::{TiffFile, doubles, invalid, text};
+pub(super) use units::METRE_NAMES;
 use units::{geo_key, geo_keys, require_metres, require_unscaled_metres};
 
 /// Most bytes of samples, of the values of a tag, and of a strip or tile.

@@ -10,8 +10,8 @@ use super::tags::{TiffFile, invalid, text};
 pub(super) const GDAL_METADATA: Tag = Tag::Unknown(42112);
 /// Most elements and texts of `GDAL_METADATA`.
 const MAX_NODES: u32 = 10_000;
-/// Names of the metre in `GDAL_METADATA`.
-const METRE_NAMES: [&str; 6] = ["", "m", "metre", "meter", "metres", "meters"];
+/// Names of the metre in the metadata of GDAL.
+pub(in super::super) const METRE_NAMES: [&str; 6] = ["", "m", "metre", "meter", "metres", "meters"];
 
 /// Vertical systems of EPSG whose unit is not the metre, and their unit in metres.
 const VERTICAL_UNITS: [(u16, f64); 9] = [
