@@ -90,10 +90,12 @@ impl<'a> PairTracker<'a> {
         later: &Pose,
         sink: &mut impl FnMut(PairEvent) -> ControlFlow<PairEvent>,
     ) -> ControlFlow<PairEvent> {
-        dragon.meter().add((benches[1] - benches[0]) as u64);
-        let motion = PairMotion::on_spiral(dragon, benches, earlier, later);
         let pair = Pair::of(dragon, benches);
-        Self::walk_between(pair, clearance_m, motion, [pair.at(earlier), pair.at(later)], sink)
+        let on_spiral = || {
+            dragon.meter().add((benches[1] - benches[0]) as u64);
+            PairMotion::on_spiral(dragon, benches, earlier, later)
+        };
+        Self::walk_between(pair, clearance_m, on_spiral, [pair.at(earlier), pair.at(later)], sink)
     }
 
     /// The same for two benches of two dragons, whose timetables have no change of speed at once between the poses.
@@ -103,19 +105,23 @@ impl<'a> PairTracker<'a> {
         ends: [PairPose; 2],
         sink: &mut impl FnMut(PairEvent) -> ControlFlow<PairEvent>,
     ) -> ControlFlow<PairEvent> {
-        Self::walk_between(pair, clearance_m, None, ends, sink)
+        Self::walk_between(pair, clearance_m, || None, ends, sink)
     }
 
+    /// Walks over the whole interval. The bounds on the motion are calculated only if the ends do not settle it.
     fn walk_between(
         pair: Pair<'a>,
         clearance_m: f64,
-        motion: Option<PairMotion>,
+        motion: impl FnOnce() -> Option<PairMotion>,
         ends: [PairPose; 2],
         sink: &mut impl FnMut(PairEvent) -> ControlFlow<PairEvent>,
     ) -> ControlFlow<PairEvent> {
         let [earlier, later] = ends.map(|pose| Moment::new(pose, clearance_m));
-        let tracker = Self { pair, clearance_m, length: later.pose.parameter - earlier.pose.parameter, motion };
-        tracker.walk(&earlier, &later, sink)
+        let tracker = Self { pair, clearance_m, length: later.pose.parameter - earlier.pose.parameter, motion: None };
+        if !pair.may_look() || tracker.is_settled(&earlier, &later) {
+            return ControlFlow::Continue(());
+        }
+        Self { motion: motion(), ..tracker }.walk(&earlier, &later, sink)
     }
 
     /// A tracker for a part of the interval, with bounds for that part.
