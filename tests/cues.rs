@@ -188,6 +188,20 @@ fn two_gos_within_three_tenths_of_a_second_are_one() {
 }
 
 #[test]
+fn missed_periods_are_hidden_by_a_stand_and_within_three_tenths_of_a_second_of_go() {
+    let config = config(&straight("", "{ name = \"one\", at_s = 10, wait = true }"));
+    let mut night = Night::new(&config);
+    night.play_to(ShowState::Waiting);
+    assert!(night.simulation.hides_missed_periods(), "a standing show does not show its lag");
+    assert_eq!(night.ask(Request::Go), Ok(()));
+    let is_hidden = |_| {
+        night.play();
+        night.simulation.hides_missed_periods()
+    };
+    assert_eq!((1..=32).map(is_hidden).collect::<Vec<_>>(), [[true; 29].as_slice(), &[false; 3]].concat());
+}
+
+#[test]
 fn a_seek_to_a_cue_waits_there_and_a_restart_waits_there_again() {
     let config = config(&straight("accel_mps2 = 0.5", THREE));
     let mut night = Night::new(&config);

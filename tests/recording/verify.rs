@@ -270,6 +270,46 @@ fn a_recording_that_begins_late_is_verified_where_no_period_was_missed_before() 
 }
 
 #[test]
+fn a_show_that_stands_where_its_recording_begins_may_hide_its_lag() {
+    // The server misses 80 periods behind its first tick, and the show stands before it has made up any.
+    let requests = [(1, Request::Pause), (20, Request::Resume), (40, Request::Speed { speed_mps: 2.0 })];
+    let begun_late = |missed: &[(u64, u64)]| {
+        let mut tape = Tape::of(60, &requests, missed);
+        tape.frames.retain(|(header, _)| header.tick >= 10);
+        tape
+    };
+    let lagging = begun_late(&[(1, 80)]);
+    let run = lagging.verify();
+    let (from_tick, reason) = reason(&run);
+    assert_eq!((from_tick, run.first_tick, run.verified), (20, 10, 10));
+    assert!(
+        reason.starts_with("the recording begins at tick 10, and its show, which stood until then, differs from"),
+        "{reason}"
+    );
+    let differs_at = |mut tape: Tape, change: &dyn Fn(&mut Tape)| match {
+        change(&mut tape);
+        tape.verify().verdict
+    } {
+        RunVerdict::Differs { difference } => (difference.tick, difference.field),
+        verdict => panic!("{verdict:?}"),
+    };
+    // Where no period was missed, or the show has walked, a difference is one.
+    let punctual = begun_late(&[]);
+    assert_eq!(punctual.verify().verdict, RunVerdict::Verified);
+    let is_at = |tape: &mut Tape, tick: u64| tape.frames[tick as usize - 10].0.show_time_ns += 1;
+    assert_eq!(differs_at(punctual.clone(), &|tape| is_at(tape, 20)), (20, "show_time_ns".to_owned()));
+    assert_eq!(differs_at(punctual, &|tape| is_at(tape, 30)), (30, "show_time_ns".to_owned()));
+    // A count of missed periods that changes without missed periods is one too.
+    let counts = |tape: &mut Tape| tape.events[3].overruns += 1;
+    let standing = Tape::of(60, &[(1, Request::Pause), (20, Request::Pause), (30, Request::Pause)], &[(1, 80)]);
+    let late = |tape: &mut Tape| {
+        tape.frames.retain(|(header, _)| header.tick >= 10);
+        counts(tape);
+    };
+    assert_eq!(differs_at(standing, &late), (30, "overruns of command event 3".to_owned()));
+}
+
+#[test]
 fn missing_events_end_the_verifiable_part() {
     let whole = Tape::of(60, &[(20, Request::Pause), (40, Request::Resume)], &[]);
     let mut tape = whole.clone();

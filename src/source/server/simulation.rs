@@ -145,7 +145,7 @@ impl Simulation {
             Request::Seek { .. } if self.is_led => Err(Refusal::Followed),
             Request::Speed { speed_mps } => self.set_speed(speed_mps),
             // A GO that is sent twice is one.
-            Request::Go if self.since_go.is_some_and(|periods| periods * 10 < 3 * u64::from(self.rate_hz)) => Ok(()),
+            Request::Go if self.has_just_gone() => Ok(()),
             Request::Go => {
                 self.motion.request(request)?;
                 self.since_go = Some(0);
@@ -153,6 +153,16 @@ impl Simulation {
             }
             _ => self.motion.request(request),
         }
+    }
+
+    fn has_just_gone(&self) -> bool {
+        self.since_go.is_some_and(|periods| periods * 10 < 3 * u64::from(self.rate_hz))
+    }
+
+    /// Whether its frame may be the same although periods were missed before it, and a later one not: a standing show does not show
+    /// its lag, and no frame shows the time since the last GO.
+    pub fn hides_missed_periods(&self) -> bool {
+        !self.motion.head().state.walks() || self.has_just_gone()
     }
 
     /// Plays at the pace at which the planned speed of the leading head becomes this speed.

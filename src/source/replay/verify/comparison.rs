@@ -12,6 +12,8 @@ use crate::source::server::schedule::Schedule;
 
 /// Greatest difference that rounding can cause, in metres or metres per second.
 const ROUNDING: f64 = 1e-6;
+/// Begin of the field of a count of missed periods that differs from the frames.
+const OVERRUNS: &str = "overruns of command event";
 
 /// First difference between a recording and its simulation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -49,6 +51,11 @@ impl Difference {
     fn of(header: &FrameHeader, field: &str, handle: Option<u64>, [recorded, simulated]: [Value; 2]) -> Self {
         let (tick, time_s) = (header.tick, header.show_time_s());
         Self { tick, time_s, field: field.to_owned(), handle, recorded, simulated }
+    }
+
+    /// Whether a count of missed periods disagrees with the frames. Periods missed before the first frame never cause that.
+    pub(super) fn is_of_overruns(&self) -> bool {
+        self.field.starts_with(OVERRUNS)
     }
 
     /// Whether rounding alone may cause the difference: by other processor instructions or another C library.
@@ -178,6 +185,11 @@ impl Periods {
         self.last.is_none()
     }
 
+    /// Whether it is known that no period was missed before the first frame.
+    pub(super) fn are_known_from_tick_0(&self) -> bool {
+        self.missed_before == Some(0)
+    }
+
     /// Known number of missed periods so far.
     pub(super) fn overruns(&self) -> u64 {
         self.missed_before.unwrap_or(0).saturating_add(self.missed)
@@ -224,7 +236,7 @@ impl Periods {
         }
         let of_event = FrameHeader { tick: event.tick, show_time_ns: event.show_time_ns, ..FrameHeader::default() };
         let shown = self.overruns();
-        let field = format!("overruns of command event {}", event.number);
+        let field = format!("{OVERRUNS} {}", event.number);
         let (recorded, simulated) = (event.overruns.to_string(), format!("{shown}, counted from the frames"));
         Err(Difference::in_words(header.unwrap_or(&of_event), &field, recorded, simulated))
     }
