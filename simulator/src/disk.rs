@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use bench_dragon::recording::DiskSpace;
-use bench_dragon::recording::on_disk::{FileSyncs, RecordingDisk, RecordingFile};
+use bench_dragon::recording::on_disk::{FileSync, FileSyncs, RecordingDisk, RecordingFile};
 
 use crate::dice::Dice;
 
@@ -385,10 +385,10 @@ impl RecordingFile for SimulatedFile {
 
 /// The files that wait for their sync.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct WaitingSyncs(Arc<Mutex<Vec<Arc<dyn RecordingFile>>>>);
+pub(crate) struct WaitingSyncs(Arc<Mutex<Vec<FileSync>>>);
 
 impl WaitingSyncs {
-    fn lock(&self) -> MutexGuard<'_, Vec<Arc<dyn RecordingFile>>> {
+    fn lock(&self) -> MutexGuard<'_, Vec<FileSync>> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -396,12 +396,12 @@ impl WaitingSyncs {
         self.lock().len()
     }
 
-    /// Syncs the first file.
+    /// Syncs the first file, and ends it if it is finished.
     pub(crate) fn sync_first(&self) {
         let mut files = self.lock();
         if !files.is_empty() {
             // A killed process syncs nothing.
-            let _ = files.remove(0).sync();
+            let _ = files.remove(0).run();
         }
     }
 }
@@ -414,11 +414,11 @@ impl FileSyncs for WaitingSyncs {
         self.lock().is_empty()
     }
 
-    fn request(&mut self, file: Arc<dyn RecordingFile>) {
+    fn request(&mut self, sync: FileSync) {
         if self.len() == MOST_WAITING {
             self.sync_first();
         }
-        self.lock().push(file);
+        self.lock().push(sync);
     }
 
     fn failure(&mut self) -> Option<io::Error> {

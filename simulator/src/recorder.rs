@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use bench_dragon::recording::on_disk::{FrameBuffer, RecordingWriter, WriterFault, WriterJob, frames_in_flight};
-use bench_dragon::recording::{Configuration, RecordError, RecorderSettings};
+use bench_dragon::recording::{Configuration, Kept, RecordError, RecorderSettings};
 use bench_dragon_ipc::service::frame_buffer;
 use bench_dragon_ipc::{Alert, CommandEvent, ContinuityTracker, HandleState, ReportCount};
 
@@ -212,12 +212,17 @@ impl RecorderProcess {
     /// Ends after an error, or in order.
     pub(crate) fn fail_or_end(self, recorded: Result<(), WriterFault>) -> (RecordingBook, Result<u64, RecordError>) {
         let Self { writer, mut book, process, .. } = self;
-        book.note_written(writer.progress().frames);
+        let written = writer.progress().frames;
+        book.note_written(written);
         book.path = writer.progress().file;
         let ended = writer.end(recorded).map(|summary| summary.frames);
         book.is_finished = ended.is_ok() && !process.is_over();
-        if let (true, Ok(frames)) = (book.is_finished, &ended) {
-            book.note_synced(*frames);
+        match &ended {
+            _ if process.is_over() => {}
+            Ok(frames) => book.note_synced(*frames),
+            Err(RecordError::DiskFull { kept: Kept::Unfinished, .. } | RecordError::Write { .. }) => {}
+            // A recorder that ends on a full disk finishes its files on the disk too.
+            Err(_) => book.note_synced(written),
         }
         (book, ended)
     }

@@ -7,9 +7,13 @@ use std::{
     fs::{self, File, TryLockError},
     io::{self, Read, Seek, SeekFrom, Write},
     path::Path,
-    sync::Arc,
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
 };
 
+use mcap::MAGIC;
 use rustix::fs::{Advice, FallocateFlags, fadvise, fallocate};
 
 use super::progress::DiskSpace;
@@ -220,21 +224,42 @@ impl Seek for FileReader<'_> {
     }
 }
 
-/// Writes a file from its beginning on.
+/// Writes a file from its beginning on, but for its last bytes.
+///
+/// The magic bytes at the end of a recording state that the file is whole. So [`FileSync`](super::disk_sync::FileSync) writes them,
+/// after all other bytes are on the disk.
 #[derive(Debug)]
 pub(super) struct FileAppender {
     file: Arc<dyn RecordingFile>,
     at: u64,
+    /// Whether the end of the file is being written.
+    is_ending: Arc<AtomicBool>,
+    /// The last bytes so far of an ending, at most [`MAGIC`]'s length of them.
+    held: Vec<u8>,
 }
 
 impl FileAppender {
-    pub(super) fn new(file: Arc<dyn RecordingFile>) -> Self {
-        Self { file, at: 0 }
+    /// Writes all bytes until `is_ending`. From then on, it holds the last ones back.
+    pub(super) fn new(file: Arc<dyn RecordingFile>, is_ending: Arc<AtomicBool>) -> Self {
+        Self { file, at: 0, is_ending, held: Vec::new() }
+    }
+
+    /// Writes the bytes, behind those held, but for the last ones.
+    fn write_ending(&mut self, bytes: &[u8]) -> io::Result<()> {
+        self.held.extend(bytes);
+        let written = self.held.len().saturating_sub(MAGIC.len());
+        self.file.write_all_at(&self.held[..written], self.at)?;
+        self.at += written as u64;
+        self.held.drain(..written);
+        Ok(())
     }
 }
 
 impl Write for FileAppender {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        if self.is_ending.load(Ordering::Relaxed) {
+            return self.write_ending(bytes).map(|()| bytes.len());
+        }
         let written = self.file.write_at(bytes, self.at)?;
         self.at += written as u64;
         Ok(written)

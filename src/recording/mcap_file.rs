@@ -8,23 +8,28 @@
 //! Before a chunk begins, the room for it *and for the file's summary* is reserved on the disk. If the disk is full, the
 //! reservation fails before any data is lost. The file is then finished within its reserved room.
 //!
-//! The file is locked while it is open, and repair rejects a locked file.
+//! The file is locked until it is finished and on the disk, and repair rejects a locked file. [`McapFile::finish`] leaves the last
+//! bytes to a [`FileSync`].
 
 use std::{
     collections::BTreeMap,
     io::{self, BufWriter},
     path::{Path, PathBuf},
-    sync::Arc,
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
 };
 
 use mcap::{
-    McapError, McapResult, WriteOptions, Writer,
+    MAGIC, McapError, McapResult, WriteOptions, Writer,
     records::{MessageHeader, Metadata},
     write::NoSeek,
 };
 
 use super::{
     disk::{FileAppender, RecordingDisk, RecordingFile},
+    disk_sync::FileSync,
     error::{Kept, RecordError, is_disk_full},
     progress::DiskSpace,
     reader::Configuration,
@@ -79,13 +84,14 @@ pub(super) struct McapFile {
     chunk: BufferedChunk,
     chunk_limit_bytes: u64,
     summary_bytes: u64,
-    /// Bytes handed to the operating system; they contain the messages in `counts`.
+    /// Bytes handed to the operating system; they contain the messages in `counts`. Of a finished file, the last bytes are included.
     pub(super) written_bytes: u64,
     pub(super) counts: MessageCounts,
     reserved_bytes: Option<u64>,
-    is_ended: bool,
+    /// Whether the end is written, but for the last bytes; the sink holds these back.
+    is_ended: Arc<AtomicBool>,
     /// Unlocks the file at the end, after the fields above.
-    _locked: Locked,
+    locked: Arc<Locked>,
 }
 
 /// The open chunk: messages that the operating system does not have yet.
@@ -135,8 +141,9 @@ impl McapFile {
         if !file.lock()? {
             return Err(io::Error::from(io::ErrorKind::WouldBlock).into());
         }
-        let locked = Locked(Arc::clone(&file));
-        let sink = NoSeek::new(BufWriter::with_capacity(WRITE_BUFFER_BYTES, FileAppender::new(Arc::clone(&file))));
+        let (locked, is_ended) = (Arc::new(Locked(Arc::clone(&file))), Arc::new(AtomicBool::new(false)));
+        let appender = FileAppender::new(Arc::clone(&file), Arc::clone(&is_ended));
+        let sink = NoSeek::new(BufWriter::with_capacity(WRITE_BUFFER_BYTES, appender));
         let mut begun = Self {
             path: path.into(),
             file,
@@ -149,8 +156,8 @@ impl McapFile {
             written_bytes: 0,
             counts: MessageCounts::default(),
             reserved_bytes: Some(0),
-            is_ended: false,
-            _locked: locked,
+            is_ended,
+            locked,
         };
         begun.reserve(&[])?;
         begun.flush()?;
@@ -251,30 +258,39 @@ impl McapFile {
         Ok(())
     }
 
-    /// Writes the summary and releases the rest of the reserved room. Acts only once, even after an error.
-    pub(super) fn finish(&mut self) -> McapResult<()> {
-        if self.is_ended {
-            return Ok(());
+    /// Writes the summary, but for the last bytes. Returns the sync that writes these. Acts only once, even after an error.
+    pub(super) fn finish(&mut self) -> McapResult<Option<FileSync>> {
+        if self.is_ended() {
+            return Ok(None);
         }
         self.flush()?;
-        self.is_ended = true;
+        self.is_ended.store(true, Ordering::Relaxed);
         self.writer.finish()?;
-        self.written_bytes = self.file.length()?;
-        self.file.set_length(self.written_bytes)?;
-        Ok(())
+        let length = self.file.length()?;
+        self.written_bytes = length + MAGIC.len() as u64;
+        Ok(Some(FileSync::of_finished(&self.file, length, &self.locked)))
     }
 
-    /// Ends the file after an error. Finishes it if possible, else cuts it behind the last whole record.
+    fn is_ended(&self) -> bool {
+        self.is_ended.load(Ordering::Relaxed)
+    }
+
+    /// Ends the file after an error. Finishes it on the disk if possible, else cuts it behind the last whole record.
     pub(super) fn give_up(mut self, error: McapError) -> RecordError {
         let free_bytes = self.space().map_or(0, |space| space.free_bytes);
-        let is_finished = !self.is_ended && !self.has_unflushed() && self.finish().is_ok();
+        let was_ended = self.is_ended();
+        let finished = if self.has_unflushed() { None } else { self.finish().ok().flatten() };
+        let has_end = was_ended || finished.is_some();
+        let is_finished = finished.is_some_and(|finished| finished.run().is_ok());
         let kept = if is_finished { Kept::Finished } else { Kept::Unfinished };
         let Self { path, file, writer, written_bytes, .. } = self;
         if kept == Kept::Unfinished {
             // Takes the buffer apart: dropping it would repeat the failed write.
             let _ = writer.into_inner().into_inner().into_parts();
-            // The cut is not essential: readers and repair also stop at a torn record.
-            let _ = file.set_length(written_bytes);
+            if !has_end {
+                // The cut is not essential: readers and repair also stop at a torn record.
+                let _ = file.set_length(written_bytes);
+            }
         }
         match error {
             McapError::Io(source) if is_disk_full(&source) => RecordError::DiskFull { path, free_bytes, kept },

@@ -63,7 +63,7 @@ mod writer;
 pub mod on_disk {
     pub use super::{
         disk::{RecordingDisk, RecordingFile},
-        disk_sync::FileSyncs,
+        disk_sync::{FileSync, FileSyncs},
         recorder::{FrameBuffer, WriterJob, frames_in_flight},
         repair::repair_on,
         writer::{RecordingWriter, WriterFault},

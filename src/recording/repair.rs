@@ -13,7 +13,8 @@
 //!    survey finds the same data and the beginning of a summary, and cuts that off.
 //! 4. Repair reserves the disk space before it cuts anything. So a full disk leaves the file unchanged.
 //!
-//! A power cut may reorder earlier writes. By (3), no file has the final bytes without its data and its summary.
+//! A power cut may reorder earlier writes. By (3), no file has the final bytes without its data and its summary. The recorder ends
+//! its own files in the same order ([`FileSync`](super::disk_sync::FileSync)).
 
 use std::{
     io::{self, BufReader},
@@ -151,6 +152,7 @@ fn frames_of_finished(file: &dyn RecordingFile, path: &Path) -> Result<Option<u6
 }
 
 /// A file that a recorder or a repair has locked against the others. It is unlocked when this value is dropped.
+#[derive(Debug)]
 pub(super) struct Locked(pub(super) Arc<dyn RecordingFile>);
 
 impl Locked {

@@ -142,10 +142,16 @@ impl RecordingWriter {
                 self.progress.totals.store(self.totals());
                 self.into_summary()
             }
-            Err(WriterFault::File(error)) => Err(self.file.give_up(error)),
-            Err(WriterFault::Other(error)) => {
-                // The caller needs the first error, not an error of this call.
-                let _ = self.file.finish();
+            Err(fault) => {
+                // The caller needs the first error, not an error of these calls. Earlier files wait for their last bytes.
+                let error = match fault {
+                    WriterFault::File(error) => self.file.give_up(error),
+                    WriterFault::Other(error) => {
+                        let _ = self.finish_file();
+                        error
+                    }
+                };
+                let _ = self.syncs.finish();
                 Err(error)
             }
         }
@@ -325,8 +331,10 @@ impl RecordingWriter {
     }
 
     fn finish_file(&mut self) -> Result<(), WriterFault> {
-        self.file.finish()?;
-        Ok(self.syncs.keep(&self.file.file)?)
+        match self.file.finish()? {
+            Some(finished) => Ok(self.syncs.keep(finished)?),
+            None => Ok(()),
+        }
     }
 
     fn begin_next_file(&mut self) -> Result<(), WriterFault> {
@@ -407,13 +415,23 @@ fn unix_ns(monotonic_ns: u64, unix_minus_monotonic_ns: i64) -> u64 {
 mod tests {
     use super::*;
     use std::{
-        io,
-        sync::atomic::{AtomicUsize, Ordering},
+        fs, io,
+        path::Path,
+        sync::{
+            Mutex,
+            atomic::{AtomicUsize, Ordering},
+        },
     };
 
     use bench_dragon_ipc::{FrameHeader, HandleState};
+    use mcap::MAGIC;
 
-    use super::super::disk::{RecordingFile, SystemDisk};
+    use super::super::{
+        disk::SystemDisk,
+        disk_sync::FileSync,
+        error::Kept,
+        repair::{RepairError, repair},
+    };
 
     /// Counts the requested syncs.
     #[derive(Clone, Debug, Default)]
@@ -424,7 +442,7 @@ mod tests {
             true
         }
 
-        fn request(&mut self, _file: Arc<dyn RecordingFile>) {
+        fn request(&mut self, _sync: FileSync) {
             self.0.fetch_add(1, Ordering::Relaxed);
         }
 
@@ -458,6 +476,65 @@ mod tests {
         assert_eq!(act(&mut writer, 0), (Some(500), 0), "the chunk is open");
         assert_eq!(act(&mut writer, 500), (Some(1000), 0), "the chunk is closed, and waits for its sync");
         assert_eq!(act(&mut writer, 1000), (None, 1));
+    }
+
+    /// Keeps the requested syncs.
+    #[derive(Clone, Debug, Default)]
+    struct KeptSyncs(Arc<Mutex<Vec<FileSync>>>);
+
+    impl FileSyncs for KeptSyncs {
+        fn is_idle(&self) -> bool {
+            true
+        }
+
+        fn request(&mut self, sync: FileSync) {
+            self.0.lock().expect("no panic").push(sync);
+        }
+
+        fn failure(&mut self) -> Option<io::Error> {
+            None
+        }
+
+        fn finish(&mut self) {}
+    }
+
+    #[test]
+    fn a_finished_file_gets_its_last_bytes_after_all_others_are_on_the_disk() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("show.mcap");
+        let (settings, syncs) = (RecorderSettings::new(&path, 0), KeptSyncs::default());
+        let mut writer = RecordingWriter::create(settings, Arc::new(SystemDisk), Box::new(syncs.clone()))
+            .expect("the folder is ours");
+        let mut buffer = FrameBuffer::default();
+        buffer.fill(&FrameHeader::default(), &[HandleState::default(); 2]);
+        writer.take(WriterJob::Frame(buffer), Duration::ZERO).expect("the disk has room");
+        let bytes = writer.end(Ok(())).expect("the disk has room").bytes;
+        let before = fs::read(&path).expect("a file");
+        assert!(!before.ends_with(MAGIC) && before.len() as u64 + MAGIC.len() as u64 == bytes, "{bytes}");
+        assert!(matches!(repair(&path), Err(RepairError::InUse(_))), "its lock is kept for the last bytes");
+
+        let waiting = std::mem::take(&mut *syncs.0.lock().expect("no panic"));
+        assert_eq!(waiting.len(), 1);
+        // As by a recorder that is killed before the sync.
+        fs::write(folder.path().join("killed.mcap"), &before).expect("there is room for a copy");
+        waiting.into_iter().for_each(|sync| sync.run().expect("the disk has room"));
+        assert_eq!(fs::read(&path).expect("a file"), [before.as_slice(), MAGIC].concat());
+        let repaired = |path: &Path| repair(path).map(|repair| (repair.frames, repair.was_unfinished));
+        assert_eq!(repaired(&path).expect("a finished file"), (1, false));
+        assert_eq!(repaired(&folder.path().join("killed.mcap")).expect("a file of ours"), (1, true));
+    }
+
+    #[test]
+    fn a_recording_that_ends_on_a_fault_has_its_last_bytes() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("show.mcap");
+        let settings = RecorderSettings::new(&path, 0);
+        let writer = RecordingWriter::create(settings, Arc::new(SystemDisk), Box::new(KeptSyncs::default()))
+            .expect("the folder is ours");
+        let full = WriterFault::from(io::Error::from(io::ErrorKind::StorageFull));
+        let ended = writer.end(Err(full));
+        assert!(matches!(ended, Err(RecordError::DiskFull { kept: Kept::Finished, .. })), "{ended:?}");
+        assert!(!repair(&path).expect("a file of ours").was_unfinished);
     }
 
     #[test]
