@@ -517,7 +517,9 @@ mod tests {
         assert_eq!(waiting.len(), 1);
         // As by a recorder that is killed before the sync.
         fs::write(folder.path().join("killed.mcap"), &before).expect("there is room for a copy");
-        waiting.into_iter().for_each(|sync| sync.run().expect("the disk has room"));
+        for sync in waiting {
+            sync.run().expect("the disk has room");
+        }
         assert_eq!(fs::read(&path).expect("a file"), [before.as_slice(), MAGIC].concat());
         let repaired = |path: &Path| repair(path).map(|repair| (repair.frames, repair.was_unfinished));
         assert_eq!(repaired(&path).expect("a finished file"), (1, false));

@@ -286,12 +286,11 @@ fn a_show_that_stands_where_its_recording_begins_may_hide_its_lag() {
         reason.starts_with("the recording begins at tick 10, and its show, which stood until then, differs from"),
         "{reason}"
     );
-    let differs_at = |mut tape: Tape, change: &dyn Fn(&mut Tape)| match {
+    let differs_at = |mut tape: Tape, change: &dyn Fn(&mut Tape)| {
         change(&mut tape);
-        tape.verify().verdict
-    } {
-        RunVerdict::Differs { difference } => (difference.tick, difference.field),
-        verdict => panic!("{verdict:?}"),
+        let verdict = tape.verify().verdict;
+        let RunVerdict::Differs { difference } = verdict else { panic!("{verdict:?}") };
+        (difference.tick, difference.field)
     };
     // Where no period was missed, or the show has walked, a difference is one.
     let punctual = begun_late(&[]);
