@@ -370,6 +370,8 @@ impl<'a> World<'a> {
             if is_foreign && has_lost_power {
                 continue;
             }
+            // So is the end of a file that had not reached the disk. A file behind it, which a repair has synced, may be whole.
+            has_holes |= has_lost_power && repaired.as_ref().is_ok_and(|repair| repair.was_unfinished);
             let is_damaged = matches!(repaired, Err(RepairError::Damaged { .. }));
             if repaired.is_err() && !(is_damaged && has_lost_power) {
                 return Err((Promise::RepairLosesNothing, format!("{}: {repaired:?}", path.display())));
