@@ -109,8 +109,7 @@ struct FileGrid {
     heights: Vec<f64>,
 }
 
-/// Reads heights from a file, in the format of its extension. Files beside it, `file.aux.xml` and `.prj`, must agree that it has metres;
-/// a PNG has its unit from the configuration alone.
+/// Reads heights from a file, in the format of its extension. Files beside it must agree that it has metres (see `sidecar`).
 ///
 /// # Errors
 /// The file cannot be read, is too long, or does not have heights in the allowed ranges.
@@ -118,9 +117,7 @@ pub fn read(file: &Path, placing: &Placing) -> Result<Grid, HeightMapError> {
     let format = HeightMapFormat::of(file)
         .ok_or_else(|| HeightMapError("has no known format, must be .tif, .tiff, .asc or .png".to_owned()))?;
     let grid = parse(&input_file::read(file)?, format, placing)?;
-    if format != HeightMapFormat::Png {
-        sidecar::require_unscaled_metres(file, placing)?;
-    }
+    sidecar::require_unscaled_metres(file, format, placing)?;
     Ok(grid)
 }
 

@@ -8,7 +8,7 @@ use std::path::Path;
 use roxmltree::{Document, Node, ParsingOptions};
 
 use super::geotiff::METRE_NAMES;
-use super::{HeightMapError, Placing};
+use super::{HeightMapError, HeightMapFormat, Placing};
 use crate::system::input_file::{self, InputFileError, quoted, utf8};
 
 /// Most elements and texts of an `.aux.xml`.
@@ -17,15 +17,26 @@ const MAX_NODES: u32 = 100_000;
 const VERTICAL: [&str; 4] = ["VERT_CS[", "VERTCS[", "VERTCRS[", "VERTICALCRS["];
 /// Names behind which a unit of length or, with `UNIT[`, of an angle stands.
 const UNITS: [&str; 2] = ["LENGTHUNIT[", "UNIT["];
-/// Largest unit of an angle in radians, a degree, with a reserve. Units of length are longer.
-const LARGEST_ANGLE_UNIT: f64 = 0.02;
+/// Parts of the names of units of angles. All other units are of length.
+const ANGLES: [&str; 7] = ["DEG", "GRAD", "GON", "RAD", "ARC", "MINUTE", "SECOND"];
 
 /// Fails if a file beside the map gives its heights a scale or an offset, or positions or heights another unit than metres. With
-/// `metres_per_unit` the unit of the heights may be any.
-pub(super) fn require_unscaled_metres(map: &Path, placing: &Placing) -> Result<(), HeightMapError> {
+/// `metres_per_unit` the unit of the heights may be any. A PNG has its unit from the configuration alone. A GeoTIFF has its own
+/// system: a `.prj` beside it belongs to another file.
+pub(super) fn require_unscaled_metres(
+    map: &Path,
+    format: HeightMapFormat,
+    placing: &Placing,
+) -> Result<(), HeightMapError> {
+    if format == HeightMapFormat::Png {
+        return Ok(());
+    }
     let mut auxiliary = map.as_os_str().to_owned();
     auxiliary.push(".aux.xml");
     check(Path::new(&auxiliary), placing, auxiliary_metadata)?;
+    if format == HeightMapFormat::GeoTiff {
+        return Ok(());
+    }
     check(&map.with_extension("prj"), placing, system)
 }
 
@@ -106,8 +117,8 @@ fn other_unit(text: &str) -> Option<String> {
         rest = &rest[at + name.len()..];
         let mut values = rest.split([',', ']']);
         let (name, metres) = (values.next()?.trim(), values.next()?.trim());
-        let is_metre_or_angle = metres.parse().is_ok_and(|metres: f64| metres == 1.0 || metres <= LARGEST_ANGLE_UNIT);
-        if !is_metre_or_angle {
+        let is_angle = ANGLES.iter().any(|angle| name.contains(angle));
+        if !is_angle && metres.parse() != Ok(1.0) {
             return Some(quoted(name.trim_matches('"')));
         }
     }
@@ -148,6 +159,11 @@ mod tests {
                 Some("positions in \"US SURVEY FOOT\", must be in metres: reproject it"),
             ),
             (heights(r#"UNIT["metre",1.0],AXIS["Gravity-related height",UP]"#), None),
+            (heights(r#"UNIT["millimetre",0.001]"#), Some("heights in \"MILLIMETRE\": set metres_per_unit")),
+            (
+                METRES.replace("\"metre\",1", "\"centimetre\",0.01"),
+                Some("positions in \"CENTIMETRE\", must be in metres: reproject it"),
+            ),
             (
                 heights(r#"UNIT["US survey foot",0.304800609601219]"#),
                 Some("heights in \"US SURVEY FOOT\": set metres_per_unit"),
@@ -196,6 +212,16 @@ mod tests {
         assert_eq!(system("Zunits FEET\nUnits METERS\n", &placing), Ok(()));
         let feet = "<PAMDataset><PAMRasterBand band=\"1\"><UnitType>ft</UnitType></PAMRasterBand></PAMDataset>";
         assert_eq!(auxiliary_metadata(feet, &placing), Ok(()));
+    }
+
+    #[test]
+    fn a_prj_beside_a_geotiff_belongs_to_another_file() {
+        let folder = tempfile::tempdir().expect("a folder");
+        std::fs::write(folder.path().join("hill.prj"), "Units DD\n").expect("a file");
+        let check = |name: &str, format| {
+            require_unscaled_metres(&folder.path().join(name), format, &Placing::default()).is_ok()
+        };
+        assert!(check("hill.tif", HeightMapFormat::GeoTiff) && !check("hill.asc", HeightMapFormat::EsriAscii));
     }
 
     #[test]
