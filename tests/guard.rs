@@ -5,9 +5,9 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use bench_dragon::config::Config;
-use bench_dragon::safety::guard::{ClearanceCheck, Guard};
+use bench_dragon::safety::guard::{ClearanceCheck, FAULT_M, Guard};
 use bench_dragon::source::server::motion::{HeadState, Motion, MotionPlan, MotionSettings};
-use bench_dragon_geometry::clearance::play_reach_m;
+use bench_dragon_geometry::clearance::{PairClearance, play_reach_m};
 use bench_dragon_geometry::dragon::Dragon;
 use bench_dragon_geometry::planner::least_clearance;
 use bench_dragon_geometry::stage::Border;
@@ -315,6 +315,89 @@ fn jumps_over_missed_periods_do_not_make_a_guarded_head_rest() {
         }
         assert!(jumps > 1);
     }
+}
+
+/// A frame of a walking head of one dragon.
+fn walking(config: &Config, travel_m: f64, speed_mps: f64) -> FrameHeader {
+    FrameHeader {
+        run_id: RUN_ID,
+        head_travel_m: travel_m,
+        head_speed_mps: speed_mps,
+        time_scale: config.tables().serve.time_scale,
+        state: ShowState::Running.to_wire(),
+        ..FrameHeader::default()
+    }
+    .of_one_dragon()
+}
+
+#[test]
+fn a_grant_reaches_one_and_a_half_horizons_and_the_braking_distance_ahead() {
+    for (text, speed_mps, horizon_m) in [
+        // Half a second and two jumps of 0.25 s, at the planned speed; 0.5 m/s is slower.
+        ("", 0.5, 1.0),
+        ("[head]\nspeed_mps = 2.0\n", 3.0, 3.0),
+        // 3²/(2·0.1) m to brake.
+        ("[head]\naccel_mps2 = 0.1\n[serve]\ntime_scale = 2.0\ncatch_up_s = 1.0\n", 3.0, 2.5 * 2.0 * 3.0 + 45.0),
+        // Three ticks.
+        ("[serve]\nrate_hz = 2\ncatch_up_s = 0.0\n", 1.0, 1.5),
+    ] {
+        let config = Config::from_toml(&format!("{text}\n[monitor]\nguard = true\n")).expect("a valid configuration");
+        let granted = guard(&config).advance(&walking(&config, 100.0, speed_mps), None);
+        let Some(Request::Grant { from_m, to_m, is_final, .. }) = granted else { panic!("{text}: {granted:?}") };
+        let expected_m = 100.0 + 1.5 * horizon_m;
+        assert!((to_m - expected_m).abs() < 1e-9, "{text}: to {to_m} m, expected {expected_m} m");
+        assert_eq!((from_m, is_final), (100.0, false), "{text}");
+    }
+}
+
+#[test]
+fn a_guard_whose_grants_the_source_does_not_take_gives_no_more() {
+    let config = Config::from_toml("[monitor]\nguard = true\n").expect("a valid configuration");
+    let frame = walking(&config, 100.0, 1.0);
+    for (refusal, is_asked_again) in
+        [(Refusal::Replayed, false), (Refusal::NotGuarded, false), (Refusal::Finished, true)]
+    {
+        let mut guard = guard(&config);
+        let grant = guard.advance(&frame, None).expect("a grant");
+        assert!(!guard.note_reply(grant, Err(refusal)));
+        assert_eq!(guard.advance(&frame, None).is_some(), is_asked_again, "{refusal:?}");
+    }
+}
+
+#[test]
+fn the_forecast_is_the_show_time_of_the_contact_at_the_planned_speed() {
+    let config =
+        Config::from_toml("[head]\nspeed_mps = 0.5\n[monitor]\nguard = true\n").expect("a valid configuration");
+    let mut rehearsal = Rehearsal::new(&config, 405.0, 0);
+    let head = rehearsal.play_to_rest();
+    let rest = rehearsal.guard.final_rest(&head.header(RUN_ID, rehearsal.tick, 0, 1.0, 0));
+    let forecast_s = rest.forecast_s.expect("the paper's dragon touches itself");
+    assert!((forecast_s - 2.0 * 412.473_838).abs() < 2e-6, "{forecast_s} s");
+    assert!(rest.is_free && rest.border.is_none() && rest.travel_m == head.travel_m);
+}
+
+#[test]
+fn a_frame_agrees_to_the_tolerance() {
+    let config =
+        |benches| Config::from_toml(&format!("[dragon]\nbenches = {benches}\n")).expect("a valid configuration");
+    let (pairs, none) = (config(223), config(2));
+    let mut check = ClearanceCheck::new(Arc::clone(pairs.formation()));
+    let frame = walking(&pairs, 300.0, 1.0);
+    let right = check.nearest(300.0).expect("223 benches");
+    for (difference_m, agrees) in
+        [(0.0, true), (0.9 * FAULT_M, true), (-0.9 * FAULT_M, true), (1.1 * FAULT_M, false), (-1.1 * FAULT_M, false)]
+    {
+        let measured = PairClearance { clearance_m: right.clearance_m + difference_m, ..right };
+        assert_eq!(check.agrees(&frame, Some(measured)), agrees, "{difference_m} m");
+    }
+    assert!(!check.agrees(&frame, None), "three benches have a nearest pair");
+    let off_course = walking(&pairs, -1.0, 1.0);
+    assert!(!check.agrees(&off_course, None), "no frame is off the course");
+    let mut check = ClearanceCheck::new(Arc::clone(none.formation()));
+    assert!(check.agrees(&frame, None) && !check.agrees(&frame, Some(right)), "two benches have no pair");
+    let three = config(3);
+    let mut check = ClearanceCheck::new(Arc::clone(three.formation()));
+    assert!(!check.agrees(&off_course, None), "three benches have one pair");
 }
 
 /// A straight dragon of five benches, whose head walks from x = 0 to x = 60, with a stage of these keys.

@@ -86,7 +86,7 @@ fn seeds_that_found_faults_keep_all_promises() {
     // on a full disk, and where a recorder began its second file; a power loss that takes the end of a rotated file and leaves the next.
     for seed in [
         3_001_377, 3_001_568, 3_001_766, 3_001_263, 3_000_979, 3_002_062, 3_003_809, 3_006_393, 3_006_047, 3_008_359,
-        3_008_160, 3_010_421, 3_011_988, 3_013_336, 3_013_685, 3_017_623,
+        3_008_160, 3_010_421, 3_011_988, 3_013_336, 3_013_685, 3_017_623, 3_020_382,
     ] {
         keep_promises(&Scenario::of(seed, 0.5), "--hours 0.5");
     }

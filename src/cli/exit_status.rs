@@ -18,6 +18,8 @@ pub(super) const BAD_INPUT: u8 = 2;
 pub(super) const UNVERIFIABLE: u8 = 2;
 /// A contact, if `--fail-on-contact` is given.
 pub(super) const CONTACT: u8 = 3;
+/// A question that Ctrl-C has cancelled, as in shells.
+pub(super) const CANCELLED: u8 = 130;
 /// A recorder whose disk is full.
 pub(super) const DISK_FULL: u8 = 4;
 

@@ -64,6 +64,15 @@ fn neither_release_nor_resume_lifts_a_guards_stop() {
 }
 
 #[test]
+fn a_paused_head_at_the_end_of_its_grant_is_held() {
+    let mut motion = start(guarded());
+    grant(&mut motion, 0.0, 0.01).expect("the grant covers the head");
+    let mut motion = after(motion, 20);
+    motion.request(Request::Pause).expect("pause is always accepted");
+    assert_eq!(after(motion, 5).head().state, ShowState::Held);
+}
+
+#[test]
 fn a_grant_does_not_lift_a_hold() {
     let mut motion = start(MotionSettings { is_held: true, ..guarded() });
     grant(&mut motion, 0.0, 10.0).expect("the grant covers the head");

@@ -95,6 +95,17 @@ fn impossible_speeds_are_refused_with_the_range() {
 }
 
 #[test]
+fn a_pace_is_the_ratio_to_the_planned_speed() {
+    let mut motion = start(MotionSettings { speed_mps: 0.5, start_speed_mps: 0.5, last_s: 800.0, ..plan() });
+    motion.request(Request::Pace { factor: 20.0 }).expect("10 m/s is allowed");
+    assert_eq!(after(motion.clone(), 1).head().speed_mps, 10.0);
+    for factor in [-0.1, 20.1, f64::NAN, f64::INFINITY] {
+        let refusal = motion.request(Request::Pace { factor });
+        assert_eq!(refusal, Err(Refusal::OutOfRange { lowest: 0.0, highest: 20.0 }), "{factor}");
+    }
+}
+
+#[test]
 fn a_seek_goes_to_the_configured_speed_times_the_time() {
     let mut motion = after(start(MotionSettings { speed_mps: 0.5, start_speed_mps: 0.5, last_s: 800.0, ..plan() }), 10);
     motion.request(Request::Speed { speed_mps: 3.0 }).expect("3 m/s is allowed");

@@ -96,7 +96,7 @@ fn a_reader_that_starts_before_the_server_waits_for_it() {
 #[test]
 fn a_late_observer_reports_a_contact_that_is_past_and_a_late_client_starts_from_now() {
     let stage = Stage::new();
-    let server = stage.serve(&["--rate", "100", "--start-at", "412"]);
+    let server = stage.serve(&["--rate", "100", "--start-at", "412", "--readers", "1"]);
     let mut monitor = stage.start(&["monitor", "--format", "json"]);
     monitor.json_until("the contact", |line| line["kind"] == "contact");
     for command in [&["hold"][..], &["seek", "300"]] {

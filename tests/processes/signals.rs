@@ -1,10 +1,13 @@
 //! SIGINT and SIGTERM end every long-running command cleanly.
 
+use std::fs;
+
 use rustix::process::Signal;
 use serde_json::json;
+use test_support::process::Process;
 
 use crate::reader::{Reader, assert_whole};
-use crate::stage::Stage;
+use crate::stage::{Stage, program};
 
 const SIGNALS: [Signal; 2] = [Signal::INT, Signal::TERM];
 
@@ -73,4 +76,30 @@ fn a_signal_ends_a_reader_that_waits_for_a_server() {
         let ended = waiting.terminate();
         assert_eq!((ended.code(), ended.stderr.as_str()), (Some(0), ""), "{command:?}");
     }
+}
+
+#[test]
+fn ctrl_c_ends_a_question_with_the_answers_that_are_known() {
+    let stage = Stage::new();
+    fs::write(stage.path("long.toml"), "[dragon]\nbenches = 2000\n").expect("the folder is writable");
+    // This answer takes minutes.
+    let question =
+        "solve sensitivity --steps 100 --work 1000000 --config long.toml --format json --xlsx a.xlsx --report-progress";
+    let mut command = program(&question.split(' ').collect::<Vec<_>>());
+    command.current_dir(stage.path(""));
+    let asked = Process::start(command);
+    asked.complaint_with("progress");
+    asked.signal(Signal::INT);
+    let ended = asked.end();
+    assert_eq!(ended.code(), Some(130), "{}", ended.stderr);
+    let complaints: Vec<_> = ended.stderr.lines().filter(|line| !line.contains("progress")).collect();
+    assert_eq!(complaints, ["error: cancelled: a.xlsx is not written"]);
+    assert!(!stage.path("a.xlsx").exists());
+    let answer = ended.last_json();
+    let quantities = answer["quantities"].as_array().expect("the quantities");
+    assert_eq!(quantities.len(), 4);
+    let first = &quantities[0]["value"];
+    assert!(first.is_f64(), "the first answer is known, not {first}");
+    let last = quantities[3]["parameters"].as_array().and_then(|parameters| parameters.last()).expect("a parameter");
+    assert_eq!(last["samples"][0]["reason"], "no answer: cancelled");
 }

@@ -340,6 +340,9 @@ fn one_signal_ends_a_watch_on_a_stalled_terminal() {
     kill_process(watch, Signal::TERM).expect("the process runs");
     eventually("the watch has ended", || test_kill_process(watch).is_err().then_some(()));
     drop(stalled);
+    // The last sequence of the watch may lack its end, and the echo of a letter would become its end.
+    terminal.press("Enter");
+    terminal.until_shown("ready>");
     let told = terminal.shell("clear; stty -a", "icanon");
     assert!(told.contains(" icanon") && told.contains(" echo "), "{told}");
     drop(terminal);
@@ -357,6 +360,9 @@ fn a_second_signal_ends_a_watch_on_a_stalled_terminal() {
     let (watch, stalled) = stall(&stage, &terminal);
     eventually("the watch is gone", || kill_process(watch, Signal::TERM).is_err().then_some(()));
     drop(stalled);
+    // The last sequence of the watch may lack its end, and the echo of a letter would become its end.
+    terminal.press("Enter");
+    terminal.until_shown("ready>");
     let told = terminal.shell("clear; stty -a", "icanon");
     assert!(told.contains(" icanon") && told.contains(" echo "), "{told}");
     drop(terminal);

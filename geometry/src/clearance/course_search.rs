@@ -73,8 +73,8 @@ impl CourseSearch {
         }
         let end_s = first.map_or(to_s, |first| self.formation.plan_s(first.travel_m));
         let met = between.first(from_s, end_s).map_err(|unfinished| Spent {
-            most: unfinished.most,
             reached_m: self.formation.course_m(unfinished.reached_s).clamp(from_m, to_m),
+            ..unfinished.spent
         })?;
         let met = met.map(|meeting| contact(&self.formation, meeting));
         let result = met.filter(|met| first.is_none_or(|first| met.travel_m < first.travel_m)).or(first);

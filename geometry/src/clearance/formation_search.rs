@@ -34,12 +34,12 @@ pub struct Meeting {
     pub point: DVec2,
 }
 
-/// Error: a search has reached its limit of work before its end.
+/// Error: a search has ended before its end.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-#[error("the limit of {most} steps of work is reached")]
+#[error("{spent}")]
 pub struct Unfinished {
-    /// The limit.
-    pub most: u64,
+    /// The reason. Its travel is that of one dragon.
+    pub spent: Spent,
     /// Plan time in seconds up to which there is no contact.
     pub reached_s: f64,
 }
@@ -67,7 +67,7 @@ pub fn first_meeting(
         let end_s = first.map_or(to_s, |first| first.time_s);
         // Nothing is known yet about the other dragons, and between them.
         let found = within_dragon(formation, dragon, clearance_m, from_s, end_s)
-            .map_err(|spent| Unfinished { most: spent.most, reached_s: from_s })?;
+            .map_err(|spent| Unfinished { spent, reached_s: from_s })?;
         first = found.filter(|found| first.is_none_or(|first| found.time_s < first.time_s)).or(first);
     }
     let end_s = first.map_or(to_s, |first| first.time_s);
@@ -208,7 +208,7 @@ impl BetweenSearch {
             let (touch, has_all) = self.touch_on_stride();
             let meter = self.formation.lead().meter();
             if !has_all || meter.is_spent() {
-                return Err(Unfinished { most: meter.spent(0.0).most, reached_s: self.earlier.time_s });
+                return Err(Unfinished { spent: meter.spent(0.0), reached_s: self.earlier.time_s });
             }
             if touch.is_some() {
                 return Ok(touch);

@@ -8,6 +8,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use thiserror::Error;
 
+use super::question::Question;
+
 /// Limit of steps for finding the end of a dragon's feasible travel: some seconds of work.
 const MAX_PLACING_STEPS: u64 = 100_000_000;
 
@@ -29,16 +31,23 @@ pub struct Meter(Option<Arc<Count>>);
 struct Count {
     most: u64,
     done: AtomicU64,
+    question: Question,
 }
 
-/// Error: a search has reached its limit of work before its end.
+/// Error: a search has reached its limit of work before its end, or its question was cancelled.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
-#[error("the limit of {most} steps of work is reached")]
+#[error("{}", reason(*.most, *.is_cancelled))]
 pub struct Spent {
     /// The limit.
     pub most: u64,
     /// Travel of the head up to which the search is finished.
     pub reached_m: f64,
+    /// Whether the question was cancelled.
+    pub is_cancelled: bool,
+}
+
+fn reason(most: u64, is_cancelled: bool) -> String {
+    if is_cancelled { "cancelled".to_owned() } else { format!("the limit of {most} steps of work is reached") }
 }
 
 /// A meter without a limit.
@@ -52,7 +61,22 @@ impl Meter {
 
     /// A meter with a limit of `most` steps.
     pub fn of(most: u64) -> Self {
-        Self(Some(Arc::new(Count { most, done: AtomicU64::new(0) })))
+        Self::of_question(Question::default(), most)
+    }
+
+    /// A meter of a question: no work is left once the question is cancelled.
+    pub(super) fn of_question(question: Question, most: u64) -> Self {
+        Self(Some(Arc::new(Count { most, done: AtomicU64::new(0), question })))
+    }
+
+    /// A separate meter of the same question, with a limit of its own.
+    pub(crate) fn part(&self, most: u64) -> Self {
+        self.0.as_ref().map_or_else(|| Self::of(most), |count| count.question.meter(most))
+    }
+
+    /// Whether the question was cancelled.
+    pub(crate) fn is_cancelled(&self) -> bool {
+        self.0.as_ref().is_some_and(|count| count.question.is_cancelled())
     }
 
     /// Whether there is a limit.
@@ -79,6 +103,11 @@ impl Meter {
         self.left() == 0
     }
 
+    /// Whether the count has reached the limit, whether or not the question was cancelled.
+    pub(crate) fn is_over(&self) -> bool {
+        self.0.as_ref().is_some_and(|count| count.done.load(Ordering::Relaxed) >= count.most)
+    }
+
     /// Steps counted so far; 0 without a limit.
     pub fn done(&self) -> u64 {
         self.0.as_ref().map_or(0, |count| count.done.load(Ordering::Relaxed))
@@ -86,12 +115,17 @@ impl Meter {
 
     /// Steps left up to the limit; `u64::MAX` without a limit.
     pub fn left(&self) -> u64 {
-        self.0.as_ref().map_or(u64::MAX, |count| count.most.saturating_sub(count.done.load(Ordering::Relaxed)))
+        let Some(count) = &self.0 else { return u64::MAX };
+        if count.question.is_cancelled() {
+            return 0;
+        }
+        count.most.saturating_sub(count.done.load(Ordering::Relaxed))
     }
 
-    /// The error of a search that reached the limit and is finished up to this travel.
+    /// The error of a search that ended early and is finished up to this travel.
     pub fn spent(&self, reached_m: f64) -> Spent {
-        Spent { most: self.0.as_ref().map_or(u64::MAX, |count| count.most), reached_m }
+        let most = self.0.as_ref().map_or(u64::MAX, |count| count.most);
+        Spent { most, reached_m, is_cancelled: self.is_cancelled() }
     }
 
     /// Returns an error if the limit is reached. The search is finished up to `reached_m`.
@@ -101,7 +135,7 @@ impl Meter {
 
     /// A separate meter whose limit is half of the remaining steps.
     pub(crate) fn half(&self) -> Self {
-        if self.is_limited() { Self::of(self.left() / 2) } else { Self::unlimited() }
+        if self.is_limited() { self.part(self.left() / 2) } else { Self::unlimited() }
     }
 
     /// Uses up the remaining steps, because the missing work would exceed the limit.

@@ -12,6 +12,7 @@ pub(crate) mod link;
 pub(crate) mod loose;
 pub(crate) mod meter;
 mod orbit;
+mod question;
 mod stepper;
 
 use std::f64::consts::TAU;
@@ -31,6 +32,7 @@ pub use dimensions::{
 };
 pub use feasible::{FeasibleEnd, TightSpot};
 pub use meter::{Meter, Spent};
+pub use question::Question;
 pub use stepper::{ChainStepper, Instructions};
 
 pub(crate) use link::ARC_PER_CHORD;

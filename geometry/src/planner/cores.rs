@@ -19,13 +19,14 @@ thread_local! {
 /// more threads, the existing ones do the work.
 ///
 /// Each item has its own meter. Its limit is the work that the finished items before it have left of `meter`. The results end
-/// before the first item that exceeds the limit; then `meter` is spent. So the results are the same on any number of cores.
+/// before the first item that exceeds the limit; then `meter` is spent. So the results are the same on any number of cores. If the
+/// question is cancelled, they end before the first unfinished item.
 pub(super) fn on_all_cores<Answer: Send>(
     meter: &Meter,
     count: usize,
     work: impl Fn(usize, &Meter) -> Answer + Sync,
 ) -> Vec<Answer> {
-    let share = Share { left: meter.is_limited().then(|| meter.left()), progress: Mutex::default() };
+    let share = Share { meter, left: meter.is_limited().then(|| meter.left()), progress: Mutex::default() };
     let next = AtomicUsize::new(0);
     let take = || {
         let mut done = Vec::new();
@@ -34,7 +35,8 @@ pub(super) fn on_all_cores<Answer: Send>(
             let Some(own) = (item < count).then(|| share.meter()).flatten() else { return done };
             let answer = work(item, &own);
             share.note(item, own.done());
-            done.push((item, own.done(), answer));
+            // What a cancelled item has found is not its whole answer.
+            done.push((item, own.done(), (!own.is_cancelled()).then_some(answer)));
         }
     };
     let mut done = if WORKS.get() { take() } else { on_threads(&take) };
@@ -42,9 +44,7 @@ pub(super) fn on_all_cores<Answer: Send>(
     let mut answers = Vec::with_capacity(done.len());
     for (_, steps, answer) in done {
         meter.add(steps);
-        if meter.is_spent() {
-            break;
-        }
+        let Some(answer) = answer.filter(|_| !meter.is_over()) else { break };
         answers.push(answer);
     }
     if answers.len() < count {
@@ -73,7 +73,8 @@ fn on_threads<Done: Send>(take: &(impl Fn() -> Vec<Done> + Sync)) -> Vec<Done> {
 }
 
 /// The work left for the items.
-struct Share {
+struct Share<'a> {
+    meter: &'a Meter,
     /// Steps left for all items; `None` without a limit.
     left: Option<u64>,
     progress: Mutex<Progress>,
@@ -90,12 +91,15 @@ struct Progress {
     later: BTreeMap<usize, u64>,
 }
 
-impl Share {
+impl Share<'_> {
     /// A meter for the next item; `None` if no work is left.
     fn meter(&self) -> Option<Meter> {
         let Some(left) = self.left else { return Some(Meter::unlimited()) };
+        if self.meter.is_cancelled() {
+            return None;
+        }
         let left = left.saturating_sub(self.progress().steps);
-        (left > 0).then(|| Meter::of(left))
+        (left > 0).then(|| self.meter.part(left))
     }
 
     fn note(&self, item: usize, steps: u64) {
@@ -121,6 +125,22 @@ mod tests {
     use std::thread;
 
     use super::*;
+    use crate::dragon::Question;
+
+    #[test]
+    fn a_cancelled_question_keeps_the_answers_before_it() {
+        let question = Question::default();
+        let answers = on_one_core(|| {
+            on_all_cores(&question.meter(1_000), 10, |item, meter| {
+                meter.add(1);
+                if item == 3 {
+                    question.cancel();
+                }
+                item
+            })
+        });
+        assert_eq!(answers, [0, 1, 2]);
+    }
 
     #[test]
     fn nested_work_stays_on_its_core() {

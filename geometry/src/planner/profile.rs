@@ -86,6 +86,9 @@ pub fn near_misses(
     let search = PieceSearch::new(dragon, [from_travel_m, to_travel_m], limit_m);
     let (pieces, mut reached_m) = search.pieces(&looking, &progress);
     meter.add(looking.done());
+    if meter.is_cancelled() {
+        return Found { approaches: Vec::new(), ends_early_m: Some(from_travel_m) };
+    }
     let ceiling = Ceiling::of(&pieces);
     let mut ways: BTreeMap<[usize; 2], Vec<Piece>> = BTreeMap::new();
     for piece in pieces {

@@ -91,7 +91,7 @@ impl Sensitivity {
         let tasks = self.tasks();
         let share = meter.is_limited().then(|| meter.left() / LARGEST_SHARE);
         let mut answers = on_all_cores(meter, tasks.len(), |index, meter| {
-            let own = share.map_or_else(Meter::unlimited, |share| Meter::of(share.min(meter.left())));
+            let own = share.map_or_else(Meter::unlimited, |share| meter.part(share.min(meter.left())));
             let answer = self.answer(tasks[index], &own);
             meter.add(own.done());
             answered();
@@ -99,7 +99,7 @@ impl Sensitivity {
         });
         answers.resize_with(tasks.len(), || Err(Unanswered::TooMuchWork(meter.spent(0.0))));
         let answers: Vec<_> = tasks.into_iter().zip(answers).collect();
-        let response = |quantity| self.response(quantity, &answers);
+        let response = |quantity| self.response(quantity, &answers, meter);
         Quantity::ALL.into_iter().map(response).collect()
     }
 
@@ -133,12 +133,16 @@ impl Sensitivity {
         answer(task.quantity, &setting, self.turn_diameter_m, meter)
     }
 
-    fn response(&self, quantity: Quantity, answers: &[(Task, Result<Answer, Unanswered>)]) -> Response {
+    fn response(&self, quantity: Quantity, answers: &[(Task, Result<Answer, Unanswered>)], meter: &Meter) -> Response {
         let found = |task: Task| &answers.iter().find(|(other, _)| *other == task).expect("every task was done").1;
         let planned = found(Task { quantity, varied: None });
         let value =
             |answer: &Result<Answer, Unanswered>| answer.as_ref().map(|answer| answer.value).map_err(Clone::clone);
-        let derivatives = planned.as_ref().map(|answer| (answer.derivatives)());
+        let derivatives = match planned {
+            Ok(_) if meter.is_cancelled() => Err(Unanswered::TooMuchWork(meter.spent(0.0))),
+            Ok(answer) => Ok((answer.derivatives)()),
+            Err(unanswered) => Err(unanswered.clone()),
+        };
         let curve = |&parameter: &Parameter| {
             let sampled = |step| match parameter {
                 _ if step == 0 => value(planned),
@@ -157,7 +161,7 @@ impl Sensitivity {
                 parameter_value: self.setting.value(parameter),
                 derivative: match &derivatives {
                     Ok(derivatives) => derivatives[parameter as usize].map_err(NoDerivative::from),
-                    Err(unanswered) => Err((*unanswered).clone().into()),
+                    Err(unanswered) => Err(unanswered.clone().into()),
                 },
                 samples: self.steps().map(sample).collect(),
             }

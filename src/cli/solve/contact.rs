@@ -15,7 +15,7 @@ use super::figure::{FigureArgs, even_travels, pair};
 use super::play::PlayAnswer;
 use super::poses::coarser_step_s;
 use super::stage::StageAnswer;
-use super::{CLEARANCE_M, SPEED_RATIO, TooFast, WorkArgs, contest, formation, load_any_plan, xlsx};
+use super::{CLEARANCE_M, SPEED_RATIO, TooFast, WorkArgs, contest, formation, interrupt, load_any_plan, xlsx};
 use crate::cli::flags::{BadInput, ConfigArgs, Format, FormatArgs, step, within};
 use crate::cli::in_file;
 use crate::cli::print::{Progress, complain, print_json, print_line};
@@ -26,7 +26,6 @@ use crate::output::in_plan::in_plan;
 use crate::output::poses::Poses;
 use crate::output::table;
 use crate::output::terminal_text::Printable;
-use crate::system::whole_file;
 
 /// Find the first contact: its time, the two benches and the point.
 #[derive(Clone, Debug, Args)]
@@ -116,7 +115,9 @@ impl SpeedAnswer {
             (Some(TooFast { time_s, handle, .. }), _) => {
                 format!("first handle {over}: handle {handle} at {} s", Fixed::<6>(*time_s))
             }
-            (None, Some(reason)) => format!("whether a handle is {over} is unknown: {reason}; --work allows more"),
+            (None, Some(reason)) => {
+                format!("whether a handle is {over} is unknown: {reason}{}", interrupt::allows_more())
+            }
             (None, None) => format!("no handle is {over}"),
         }
     }
@@ -171,7 +172,7 @@ fn of_one_dragon(args: &ContactArgs, config: &Config) -> anyhow::Result<()> {
     if let Some(path) = &args.contest {
         let time_s = answer.time_s.context("--contest has nothing to write: no benches touch before the run ends")?;
         let pose = &Poses::of(&[time_s], config).poses[0];
-        whole_file::write(path, &table::workbook(&[contest::sheet_at_end(&pose.handles)])?)?;
+        interrupt::write(path, &table::workbook(&[contest::sheet_at_end(&pose.handles)])?)?;
         if args.format.format == Format::Text {
             print_line(format_args!("poses at {} s written to {}", Fixed::<6>(time_s), Printable(path)))?;
         }
@@ -254,8 +255,9 @@ fn text(config: &Config, clearance_m: f64, contact: Option<&Contact>, spent: Opt
     if let Some(spent) = spent {
         let reached_s = config.timetable().time_s(spent.reached_m);
         return format!(
-            "no {what} up to {} s; later times are unknown: {spent}; --work allows more",
-            Fixed::<6>(reached_s)
+            "no {what} up to {} s; later times are unknown: {spent}{}",
+            Fixed::<6>(reached_s),
+            interrupt::allows_more()
         );
     }
     let end_s = config.end_s();
@@ -350,9 +352,7 @@ impl Profile {
         };
         let near_miss = |NearMiss { at, point_m }: &NearMiss| format!("{}  at {}", row(at), Place::<6>(*point_m));
         let ends = |what: &str, to_s: Option<f64>| {
-            to_s.map(|to_s| {
-                format!("{what} complete up to {} s: more takes too much work; --work allows more", Fixed::<6>(to_s))
-            })
+            to_s.map(|to_s| format!("{what} complete up to {} s: {}", Fixed::<6>(to_s), interrupt::early_end()))
         };
         let mut lines = vec![Counted(self.near_misses.len() as u64, "near miss").to_string()];
         lines.extend(self.near_misses.iter().map(near_miss));

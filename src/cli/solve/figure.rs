@@ -9,6 +9,7 @@ use bench_dragon_geometry::number::Fixed;
 use bench_dragon_geometry::route::{RouteShape, RouteSpec, Turnaround};
 use clap::{Args, ValueHint};
 
+use super::interrupt;
 use crate::cli::flags::{BadInput, Format};
 use crate::cli::print::print_line;
 use crate::config::{Config, ConfigDocument};
@@ -18,7 +19,6 @@ use crate::output::figure::{
 };
 use crate::output::in_plan::{boards, handles, in_plan, polyline};
 use crate::output::terminal_text::Printable;
-use crate::system::whole_file;
 
 /// The flags of a figure.
 #[derive(Clone, Debug, Args)]
@@ -50,7 +50,7 @@ impl FigureArgs {
     pub(super) fn save(&self, drawing: Drawing) -> anyhow::Result<()> {
         let Some(file) = &self.figure else { return Ok(()) };
         let drawing = if let Some(paper) = self.paper { drawing.on_paper(paper) } else { drawing };
-        whole_file::write(&file.path, &drawing.encode(file.format))
+        interrupt::write(&file.path, &drawing.encode(file.format))
     }
 
     /// Writes a drawing, and prints the file's path if the format is text.

@@ -10,6 +10,7 @@ use serde::Serialize;
 
 use super::contact::ContactArgs;
 use super::figure::FigureArgs;
+use super::interrupt;
 use super::poses::{PosesArgs, one_time, times_s};
 use crate::cli::flags::{BadInput, Format};
 use crate::cli::print::{print_json, print_line};
@@ -100,8 +101,9 @@ pub(super) fn contact(args: &ContactArgs, document: &FormationDocument) -> anyho
             Fixed::<6>(point.y),
         ),
         (_, _, Some(unfinished)) => format!(
-            "no {what} before {} s; not searched further: {unfinished}; --work allows more",
-            Fixed::<6>(unfinished.reached_s)
+            "no {what} before {} s; not searched further: {unfinished}{}",
+            Fixed::<6>(unfinished.reached_s),
+            interrupt::allows_more()
         ),
         _ => format!("no {what}, until the last dragon ends at {} s", Fixed::<6>(document.formation().end_s())),
     };

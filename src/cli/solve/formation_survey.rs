@@ -11,6 +11,7 @@ use serde::Serialize;
 
 use super::AnswerArgs;
 use super::formation::{formation_view, refuse};
+use super::interrupt;
 use super::route::{RouteAnswer, RouteArgs, standing_m};
 use super::sensitivity::SensitivityArgs;
 use super::speed_limit::SpeedLimitArgs;
@@ -21,7 +22,6 @@ use crate::config::{FormationDocument, NamedDragon};
 use crate::output::Counted;
 use crate::output::figure::FormationView;
 use crate::output::table::{self, Cell, Column, Table};
-use crate::system::whole_file;
 
 /// An answer for each dragon.
 #[derive(Serialize)]
@@ -50,7 +50,7 @@ pub(super) fn routes(args: &RouteArgs, document: &FormationDocument) -> anyhow::
         figure.save_and_tell(FormationView { shows_routes: true, ..view }.draw(), args.answer.format.format)?;
     }
     match &args.answer.save_config {
-        Some(path) => whole_file::write(path, document.to_toml().as_bytes()),
+        Some(path) => interrupt::write(path, document.to_toml().as_bytes()),
         None => Ok(()),
     }
 }
@@ -125,7 +125,7 @@ fn speed_limit<'a>(
         }
         Err(reason @ Infeasible::TooMuchWork(_)) => {
             let answer = SpeedAnswer { undecided: Some(reason.to_string()), ..SpeedAnswer::default() };
-            (answer, format!("{name}: {reason}; --work allows more"))
+            (answer, format!("{name}: {reason}{}", interrupt::allows_more()))
         }
         Err(reason) => {
             let answer = SpeedAnswer { infeasible: Some(reason.to_string()), ..SpeedAnswer::default() };
@@ -194,8 +194,9 @@ pub(super) fn sensitivity(args: &SensitivityArgs, document: &FormationDocument) 
             print_bytes(table::text(&[rate_table(&answer)]))
         }
         (_, _, Err(unfinished)) => Ok(print_line(format_args!(
-            "no contact between dragons before {} s; not searched further: {unfinished}; --work allows more",
-            Fixed::<6>(unfinished.reached_s)
+            "no contact between dragons before {} s; not searched further: {unfinished}{}",
+            Fixed::<6>(unfinished.reached_s),
+            interrupt::allows_more()
         ))?),
         _ => Ok(print_line("no contact between dragons, until the last one ends")?),
     }

@@ -11,10 +11,9 @@ use serde::Serialize;
 
 use self::figure::FigureArgs;
 use crate::cli::flags::{BadInput, ConfigArgs, FormatArgs, within};
-use crate::cli::{in_file, load_document, reading};
+use crate::cli::{complain_of, exit_status, in_file, load_document, reading};
 use crate::config::{Config, ConfigDocument, Cue, FormationDocument, PlanDocument};
 use crate::output::terminal_text::Printable;
-use crate::system::whole_file;
 
 mod check;
 mod contact;
@@ -22,6 +21,7 @@ mod contest;
 mod figure;
 mod formation;
 mod formation_survey;
+mod interrupt;
 mod list;
 mod pitch;
 mod play;
@@ -77,21 +77,32 @@ pub(crate) enum Question {
     Check(check::CheckArgs),
 }
 
+/// Answers a question. After Ctrl-C the answer is what is known so far.
 pub(crate) fn run(question: Question) -> anyhow::Result<ExitCode> {
-    match question {
-        Question::Poses(args) => poses::run(&args)?,
-        Question::Contact(args) => contact::run(&args)?,
-        Question::Route(args) => route::run(&args)?,
-        Question::Pitch(args) => pitch::run(&args)?,
-        Question::Turn(args) => turn::run(&args)?,
-        Question::SpeedLimit(args) => speed_limit::run(&args)?,
-        Question::Profile(args) => profile::run(&args)?,
-        Question::Sensitivity(args) => sensitivity::run(&args)?,
-        Question::Schedule(args) => schedule::run(&args)?,
-        Question::Sweep(args) => sweep::run(&args)?,
-        Question::Check(args) => check::run(&args)?,
+    let answered = answer(question);
+    if !interrupt::is_cancelled() {
+        return answered.map(|()| ExitCode::SUCCESS);
     }
-    Ok(ExitCode::SUCCESS)
+    if let Err(reason) = answered {
+        complain_of(&reason);
+    }
+    Ok(ExitCode::from(exit_status::CANCELLED))
+}
+
+fn answer(question: Question) -> anyhow::Result<()> {
+    match question {
+        Question::Poses(args) => poses::run(&args),
+        Question::Contact(args) => contact::run(&args),
+        Question::Route(args) => route::run(&args),
+        Question::Pitch(args) => pitch::run(&args),
+        Question::Turn(args) => turn::run(&args),
+        Question::SpeedLimit(args) => speed_limit::run(&args),
+        Question::Profile(args) => profile::run(&args),
+        Question::Sensitivity(args) => sensitivity::run(&args),
+        Question::Schedule(args) => schedule::run(&args),
+        Question::Sweep(args) => sweep::run(&args),
+        Question::Check(args) => check::run(&args),
+    }
 }
 
 /// The flags of a question whose answer may be a configuration.
@@ -121,7 +132,7 @@ pub(crate) struct WorkArgs {
 impl WorkArgs {
     /// A meter for one part of an answer.
     pub(crate) fn meter(self) -> Meter {
-        Meter::of(self.work.unwrap_or(DEFAULT_WORK) * STEPS)
+        interrupt::question().meter(self.work.unwrap_or(DEFAULT_WORK) * STEPS)
     }
 
     /// Steps for finding the end of the dragon's run, if the flag is given.
@@ -131,12 +142,12 @@ impl WorkArgs {
 
     /// A meter for an answer about every two of many dragons.
     pub(crate) fn longest_meter(self) -> Meter {
-        Meter::of(self.work.unwrap_or(DEFAULT_LONGEST_WORK) * STEPS)
+        interrupt::question().meter(self.work.unwrap_or(DEFAULT_LONGEST_WORK) * STEPS)
     }
 
     /// A meter for an answer that consists of many answers.
     pub(crate) fn long_meter(self) -> Meter {
-        Meter::of(self.work.unwrap_or(DEFAULT_LONG_WORK) * STEPS)
+        interrupt::question().meter(self.work.unwrap_or(DEFAULT_LONG_WORK) * STEPS)
     }
 }
 
@@ -236,7 +247,7 @@ fn xlsx(text: &str) -> Result<PathBuf, String> {
 pub(super) fn save_config(args: &AnswerArgs, answer: Result<&Config, &str>) -> anyhow::Result<()> {
     let Some(path) = &args.save_config else { return Ok(()) };
     match answer {
-        Ok(config) => whole_file::write(path, config.to_toml().as_bytes()),
+        Ok(config) => interrupt::write(path, config.to_toml().as_bytes()),
         Err(reason) => bail!("--save-config has nothing to save: {reason}"),
     }
 }

@@ -8,6 +8,7 @@ use bench_dragon_geometry::number::Fixed;
 use serde::Serialize;
 
 use super::WorkArgs;
+use super::interrupt;
 use crate::config::Config;
 
 /// Share of the work for the search of a pose that touches: one part in so many.
@@ -100,8 +101,9 @@ impl PlayAnswer {
             }
             (Some(time_s), None, Some(reason)) => {
                 format!(
-                    "no pose has a {what} before {} s; later times are unknown: {reason}; --work allows more",
-                    Fixed::<6>(time_s)
+                    "no pose has a {what} before {} s; later times are unknown: {reason}{}",
+                    Fixed::<6>(time_s),
+                    interrupt::allows_more()
                 )
             }
             (Some(time_s), None, None) => {

@@ -7,7 +7,7 @@ use bench_dragon_geometry::number::Number;
 use clap::{ArgGroup, Args, ValueEnum, ValueHint};
 
 use super::figure::{FigureArgs, on_turn, plan_of};
-use super::{WorkArgs, contest, formation, load_any_plan, xlsx};
+use super::{WorkArgs, contest, formation, interrupt, load_any_plan, xlsx};
 use crate::cli::flags::{BadInput, ConfigArgs, finite, nanoseconds, step};
 use crate::cli::in_file;
 use crate::cli::print::{print_bytes, print_json, print_line};
@@ -17,7 +17,6 @@ use crate::output::figure::PlanView;
 use crate::output::poses::{MAX_POSITIONS, Poses, travel_m};
 use crate::output::table;
 use crate::output::terminal_text::Printable;
-use crate::system::whole_file;
 
 /// Print the position and the speed of every handle at given show times.
 #[derive(Clone, Debug, Args)]
@@ -105,10 +104,10 @@ fn of_one_dragon(args: &PosesArgs, config: &Config) -> anyhow::Result<()> {
         print(&answer, args.format)?;
     }
     if let Some(path) = &args.xlsx {
-        whole_file::write(path, &table::workbook(&answer.sheets())?)?;
+        interrupt::write(path, &table::workbook(&answer.sheets())?)?;
     }
     if let Some(path) = &args.contest {
-        whole_file::write(path, &table::workbook(&contest::sheets_by_time(&answer))?)?;
+        interrupt::write(path, &table::workbook(&contest::sheets_by_time(&answer))?)?;
     }
     if let Some(time_s) = figure_s {
         args.figure.save(plan_view(&args.figure, config, time_s)?.draw())?;

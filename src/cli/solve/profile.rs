@@ -16,14 +16,13 @@ use serde::Serialize;
 
 use super::figure::even_travels;
 use super::turn::{TurnPlanArgs, asks_for_turn, planned_turn};
-use super::{AnswerArgs, load_any_plan, require_no_ground, save_config};
+use super::{AnswerArgs, interrupt, load_any_plan, require_no_ground, save_config};
 use crate::cli::flags::{BadInput, ConfigArgs, within};
 use crate::cli::in_file;
 use crate::cli::print::print_report;
 use crate::config::{Config, Cue, HEAD_ACCEL_MPS2, HEAD_SPEED_MPS, PlanDocument};
 use crate::output::Counted;
 use crate::output::figure::{SpeedLine, SpeedProfile};
-use crate::system::whole_file;
 
 /// Find the quickest show in which no handle exceeds a limit, from rest to rest, as a list of planned speeds.
 ///
@@ -123,7 +122,7 @@ pub(super) fn run(args: &ProfileArgs) -> anyhow::Result<()> {
         args.answer.figure.save_and_tell(view.draw(), args.answer.format.format)?;
     }
     let Some(path) = &args.answer.save_config else { return Ok(()) };
-    whole_file::write(path, saved(&config, run, &limits, &profile.quickest)?.as_bytes())
+    interrupt::write(path, saved(&config, run, &limits, &profile.quickest)?.as_bytes())
 }
 
 /// The configuration, and its dragon on the planned run or on the whole passage through a turn.
@@ -218,7 +217,7 @@ fn answer(found: Result<&Profile, &Infeasible>) -> ProfileAnswer {
 fn text(args: &ProfileArgs, limits: &RunLimits, answer: &ProfileAnswer) -> String {
     let durations = answer.duration_s.zip(answer.optimum_s).zip(answer.least_s).zip(answer.constant_s);
     let Some((((duration_s, optimum_s), least_s), constant_s)) = durations else {
-        let undecided = answer.undecided.as_ref().map(|reason| format!("{reason}; --work allows more"));
+        let undecided = answer.undecided.as_ref().map(|reason| format!("{reason}{}", interrupt::allows_more()));
         let infeasible = answer.infeasible.as_ref().map(|reason| format!("infeasible on all of the run: {reason}"));
         return undecided.or(infeasible).unwrap_or_default();
     };

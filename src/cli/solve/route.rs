@@ -12,7 +12,7 @@ use glam::DVec2;
 use serde::Serialize;
 
 use super::stage::StageAnswer;
-use super::{AnswerArgs, formation_survey, list, load_any_plan, save_config};
+use super::{AnswerArgs, formation_survey, interrupt, list, load_any_plan, save_config};
 use crate::cli::flags::ConfigArgs;
 use crate::cli::in_file;
 use crate::cli::print::print_report;
@@ -212,7 +212,7 @@ impl RouteAnswer {
         }
         match self.crossings {
             Some(count) => line("crossings", count.to_string()),
-            None => line("crossings", "unknown: the search took too much work; --work allows more".to_owned()),
+            None => line("crossings", format!("unknown: {}", interrupt::early_end())),
         }
         for CrossingPoint { point_m, travels_m: [one, other] } in self.crossing_points.iter().take(SHOWN_CROSSINGS) {
             line("crossing", format!("at {}, after {one:.6} m and {other:.6} m of travel", Place::<6>(*point_m)));

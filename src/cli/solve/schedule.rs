@@ -8,13 +8,12 @@ use clap::Args;
 use serde::Serialize;
 
 use super::schedule_figure::DrawnPlan;
-use super::{AnswerArgs, CLEARANCE_M, load_any_plan, require_no_cues, require_several};
+use super::{AnswerArgs, CLEARANCE_M, interrupt, load_any_plan, require_no_cues, require_several};
 use crate::cli::flags::{BadInput, ConfigArgs, Format, within};
 use crate::cli::in_file;
 use crate::cli::print::{print_bytes, print_json, print_line};
 use crate::config::FormationDocument;
 use crate::output::table::{self, Cell, Column, Table};
-use crate::system::whole_file;
 
 /// Find where dragons pass each other, who is first, and how much later or earlier each may leave.
 #[derive(Clone, Debug, Args)]
@@ -144,7 +143,7 @@ pub(super) fn run(args: &ScheduleArgs) -> anyhow::Result<()> {
         figure.save_and_tell(drawing, args.answer.format.format)?;
     }
     match &args.answer.save_config {
-        Some(path) => whole_file::write(path, document.to_toml().as_bytes()),
+        Some(path) => interrupt::write(path, document.to_toml().as_bytes()),
         None => Ok(()),
     }
 }
@@ -163,7 +162,7 @@ fn pair(args: &ScheduleArgs, document: &FormationDocument) -> Result<Option<[usi
 }
 
 fn undecided(args: &ScheduleArgs, [one, other]: [&str; 2]) -> anyhow::Result<()> {
-    let text = format!("whether {one} and {other} meet is unknown: it takes too much work; --work allows more");
+    let text = format!("whether {one} and {other} meet is unknown: {}", interrupt::early_end());
     no_plan(args, &text, ScheduleAnswer { undecided: Some(text.clone()), ..ScheduleAnswer::default() })
 }
 

@@ -7,14 +7,13 @@ use clap::{Args, ValueHint};
 use serde::Serialize;
 
 use super::figure::FigureArgs;
-use super::{WorkArgs, formation_survey, load_any_plan, require_no_cues, xlsx};
+use super::{WorkArgs, formation_survey, interrupt, load_any_plan, require_no_cues, xlsx};
 use crate::cli::flags::{BadInput, ConfigArgs, Format, FormatArgs, within};
 use crate::cli::in_file;
 use crate::cli::print::{Progress, print_bytes, print_json, print_line};
 use crate::config::{Config, PlanDocument};
 use crate::output::figure;
 use crate::output::table::{self, Cell, Column, Table};
-use crate::system::whole_file;
 
 /// Compute how first contact, least clearance, largest speed and smallest pitch change with each parameter.
 #[derive(Clone, Debug, Args)]
@@ -75,18 +74,23 @@ pub(super) fn run(args: &SensitivityArgs) -> anyhow::Result<()> {
     let progress = Progress::new("answers", sensitivity.questions() as f64);
     let responses = sensitivity.study(&args.work.long_meter(), || progress.add(1.0));
     drop(progress);
+    print(args, &sensitivity, &responses)?;
     if let Some(path) = &args.xlsx {
-        whole_file::write(path, &table::workbook(&sheets(&sensitivity, &responses))?)?;
+        interrupt::write(path, &table::workbook(&sheets(&sensitivity, &responses))?)?;
     }
     if args.figure.is_asked() {
         let caption = args.figure.caption(&config, "How the answers change with each measure");
         args.figure.save(chart(caption, &sensitivity, &responses).draw())?;
     }
+    Ok(())
+}
+
+fn print(args: &SensitivityArgs, sensitivity: &Sensitivity, responses: &[Response]) -> anyhow::Result<()> {
     if args.format.format == Format::Json {
-        return print_json(&answer(&sensitivity, &responses));
+        return print_json(&answer(sensitivity, responses));
     }
-    print_bytes(table::text(&texts(&sensitivity, &responses)))?;
-    let notes = notes(&responses);
+    print_bytes(table::text(&texts(sensitivity, responses)))?;
+    let notes = notes(responses);
     if !notes.is_empty() {
         print_line("")?;
     }

@@ -7,6 +7,7 @@ use bench_dragon_geometry::planner::{ShortestTurn, Staging, TurnPassage, shortes
 use bench_dragon_geometry::route::{Turnaround, TurnaroundSpec};
 use serde::Serialize;
 
+use super::interrupt;
 use super::turn::TurnArgs;
 use super::turn_play::earliest_on_passage;
 use crate::cli::print::Progress;
@@ -90,13 +91,13 @@ fn find_shortest(
     let found = Progress::new("shortest turn", 1.0);
     let arcs = shortest_turn(*planned, dimensions, staging, &args.answer.work.long_meter(), |share| found.add(share));
     drop(found);
-    let arcs = arcs.context("the shortest S is unknown; --work allows more")?;
+    let arcs = arcs.with_context(unknown)?;
     let found = Progress::new("with a line", 1.0);
     let meter = args.answer.work.long_meter();
     let lined = shortest_turn_with_line(*planned, dimensions, staging, arcs.as_ref(), &meter, |share| found.add(share));
     drop(found);
     if let (None, Err(spent)) = (&arcs, &lined) {
-        return Err(*spent).context("the shortest S is unknown; --work allows more");
+        return Err(*spent).with_context(unknown);
     }
     let with_line_undecided = lined.as_ref().err().map(ToString::to_string);
     let (of_arcs, with_line) =
@@ -138,7 +139,7 @@ impl Shortest {
             lines.push(("limit", format!("at a smaller radius with a {side}: {limit}")));
         }
         lines.push(match (arcs, with_line, with_line_undecided) {
-            (.., Some(reason)) => ("with a line", format!("unknown: {reason}; --work allows more")),
+            (.., Some(reason)) => ("with a line", format!("unknown: {reason}{}", interrupt::allows_more())),
             (Some(ShortestOfKind { length_m, .. }), Some(lined), None) => {
                 let (saved_m, percent) = (length_m - lined.length_m, 100.0 * (1.0 - lined.length_m / length_m));
                 let saved =
@@ -150,4 +151,8 @@ impl Shortest {
         });
         lines
     }
+}
+
+fn unknown() -> String {
+    format!("the shortest S is unknown{}", interrupt::allows_more())
 }

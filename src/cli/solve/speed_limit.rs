@@ -12,7 +12,7 @@ use serde::Serialize;
 
 use super::figure::even_travels;
 use super::turn::{TurnPlanArgs, asks_for_turn, passage_time_s, planned_turn};
-use super::{AnswerArgs, formation_survey, load_any_plan, save_config};
+use super::{AnswerArgs, formation_survey, interrupt, load_any_plan, save_config};
 use crate::cli::flags::{ConfigArgs, within};
 use crate::cli::in_file;
 use crate::cli::print::print_report;
@@ -122,7 +122,7 @@ fn answer(largest: &Result<LargestRatio, Infeasible>, limit_mps: f64, config: &C
         }
         Err(reason @ Infeasible::TooMuchWork(_)) => {
             let answer = SpeedLimitAnswer { undecided: Some(reason.to_string()), ..SpeedLimitAnswer::default() };
-            (answer, format!("{reason}; --work allows more"))
+            (answer, format!("{reason}{}", interrupt::allows_more()))
         }
         Err(reason) => {
             let is_on_ground = config.route().ground.is_some();

@@ -7,6 +7,7 @@ use bench_dragon_geometry::stage::{BorderKind, Stage};
 use serde::Serialize;
 
 use super::WorkArgs;
+use super::interrupt;
 use crate::output::Counted;
 
 /// Whether the dragon stays on the stage during its run.
@@ -62,7 +63,9 @@ impl StageAnswer {
                     Place::<6>(*point_m)
                 )
             }
-            (None, Some(reason)) => format!("unknown whether a board leaves it: {reason}; --work allows more"),
+            (None, Some(reason)) => {
+                format!("unknown whether a board leaves it: {reason}{}", interrupt::allows_more())
+            }
             (None, None) => "no board leaves it".to_owned(),
         }
     }

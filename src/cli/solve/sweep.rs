@@ -12,7 +12,7 @@ use glam::DVec2;
 use serde::Serialize;
 
 use super::figure::{FigureArgs, FigureFile, title};
-use super::{WorkArgs, load_any_plan};
+use super::{WorkArgs, interrupt, load_any_plan};
 use crate::cli::flags::{ConfigArgs, Format, FormatArgs, within};
 use crate::cli::in_file;
 use crate::cli::print::{print_line, print_report};
@@ -22,7 +22,6 @@ use crate::output::figure::{Caption, FigureFormat, Paper, SweepView};
 use crate::output::floor_plan::FloorPlan;
 use crate::output::in_plan::stage_in_plan;
 use crate::output::terminal_text::Printable;
-use crate::system::whole_file;
 
 /// Find the area that all boards sweep over the whole run, and how near they come to the borders of `[stage]`.
 #[derive(Clone, Debug, Args)]
@@ -250,7 +249,7 @@ impl SweepAnswer {
             None if stage.borders().is_empty() || self.undecided.is_some() => {}
             None => lines.push(none_passes),
         }
-        lines.extend(self.undecided.as_ref().map(|reason| format!("unknown: {reason}; --work allows more")));
+        lines.extend(self.undecided.as_ref().map(|reason| format!("unknown: {reason}{}", interrupt::allows_more())));
         lines.join("\n")
     }
 }
@@ -258,12 +257,12 @@ impl SweepAnswer {
 /// Writes the file of `--figure`.
 fn save(args: &SweepArgs, config: &Config, area: Option<&SweptArea>, answer: &SweepAnswer) -> anyhow::Result<()> {
     let Some(FloorFile { path, format }) = &args.figure else { return Ok(()) };
-    let area = area.context("--figure has nothing to show: the area takes too much work")?;
+    let area = area.context("--figure has nothing to show: the area is unknown")?;
     let stage = stage_in_plan(config.stage());
     let FloorFormat::Figure(format) = *format else {
         let plan = FloorPlan { swept: area.parts.clone(), stage, marks: Vec::new() };
         let text = if matches!(format, FloorFormat::Dxf) { plan.to_dxf() } else { plan.to_geojson() };
-        whole_file::write(path, text.as_bytes())?;
+        interrupt::write(path, text.as_bytes())?;
         return told(args);
     };
     let dragons = config.formation().dragons().len();

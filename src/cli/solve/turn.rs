@@ -15,7 +15,9 @@ use serde::Serialize;
 use super::figure::{on_turn, pair, plan_of};
 use super::shortest_turn::{Shortest, find_shortest_for_play};
 use super::turn_play::{TurnPlay, earliest_on_passage};
-use super::{AnswerArgs, CLEARANCE_M, SPEED_RATIO, TooFast, WorkArgs, load_plan, require_no_ground, save_config};
+use super::{
+    AnswerArgs, CLEARANCE_M, SPEED_RATIO, TooFast, WorkArgs, interrupt, load_plan, require_no_ground, save_config,
+};
 use crate::cli::flags::{BadInput, ConfigArgs, finite, within};
 use crate::cli::in_file;
 use crate::cli::print::{Progress, complain, print_report};
@@ -295,7 +297,7 @@ impl TurnAnswer {
         self.shortest.iter().flat_map(Shortest::lines).for_each(|(name, text)| line(name, text));
         self.play.iter().for_each(|play| line("with play", play.text()));
         self.infeasible.iter().for_each(|reason| line("infeasible", reason.clone()));
-        self.undecided.iter().for_each(|reason| line("undecided", format!("{reason}; --work allows more")));
+        self.undecided.iter().for_each(|reason| line("undecided", format!("{reason}{}", interrupt::allows_more())));
         lines.join("\n")
     }
 }

@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex, MutexGuard};
 use std::{io, thread};
 
 use bench_dragon_geometry::clearance::{ClearanceSearch, Contact, ContactSearch, CourseSearch, PairClearance};
-use bench_dragon_geometry::dragon::{Dragon, Meter};
+use bench_dragon_geometry::dragon::{Dragon, Question};
 use bench_dragon_geometry::formation::Formation;
 use bench_dragon_geometry::planner::{ClosestApproach, clearance_profile, near_misses, on_one_core};
 use rustix::process::setpriority_process;
@@ -68,8 +68,8 @@ impl PlannedClearance {
 /// and stops if `show` returns false.
 ///
 /// Each step has bounded work. A search that exceeds this bound stops there; the rest of the run stays unknown.
-fn work_out(dragon: &Dragon, near_m: f64, mut show: impl FnMut(&PlannedClearance) -> bool) {
-    let dragon = dragon.metered(&Meter::of(WORK_PER_STEP));
+fn work_out(dragon: &Dragon, near_m: f64, question: &Question, mut show: impl FnMut(&PlannedClearance) -> bool) {
+    let dragon = dragon.metered(&question.meter(WORK_PER_STEP));
     let mut plan = PlannedClearance::default();
     // With fewer than three benches, all pairs are neighbours.
     if dragon.dimensions().benches() < 3 {
@@ -126,8 +126,8 @@ fn work_out(dragon: &Dragon, near_m: f64, mut show: impl FnMut(&PlannedClearance
 
 /// The same of a formation, whose `travel_m` is a place of its course: the nearest pairs of all its benches, and the first contact.
 /// Its near misses are not searched.
-fn work_out_course(formation: &Formation, mut show: impl FnMut(&PlannedClearance) -> bool) {
-    let formation = formation.metered(&Meter::of(WORK_PER_STEP));
+fn work_out_course(formation: &Formation, question: &Question, mut show: impl FnMut(&PlannedClearance) -> bool) {
+    let formation = formation.metered(&question.meter(WORK_PER_STEP));
     let [begin_m, end_m] = [formation.begin_m(), formation.end_m()];
     let mut plan = PlannedClearance::default();
     let mut nearest = ClearanceSearch::of(formation.layout());
@@ -164,10 +164,11 @@ fn part_m([from_m, to_m]: [f64; 2], part: usize, of: usize) -> f64 {
 /// The thread's niceness: frames and snapshots have priority.
 const NICENESS: i32 = 10;
 
-/// A plan that a thread computes. The thread is not joined: after the step in progress, it ends if its owner has ended.
+/// A plan that a thread computes. When it is dropped, it cancels the question of the thread, which is not joined.
 #[derive(Debug)]
 pub(super) struct ClearancePlanner {
     latest: Arc<Mutex<Arc<PlannedClearance>>>,
+    question: Question,
 }
 
 impl ClearancePlanner {
@@ -179,6 +180,8 @@ impl ClearancePlanner {
         let latest = Arc::default();
         let shown = Arc::downgrade(&latest);
         let formation = Arc::clone(formation);
+        let question = Question::default();
+        let answered = question.clone();
         let show = move |plan: &PlannedClearance| {
             let owner = shown.upgrade();
             owner.map(|latest| *locked(&latest) = Arc::new(plan.clone())).is_some()
@@ -188,19 +191,25 @@ impl ClearancePlanner {
             let _ = setpriority_process(None, NICENESS);
             on_one_core(|| {
                 if formation.has_plan_course() {
-                    work_out_course(&formation, show);
+                    work_out_course(&formation, &answered, show);
                 } else {
-                    work_out(formation.lead(), near_m, show);
+                    work_out(formation.lead(), near_m, &answered, show);
                 }
             });
         };
         thread::Builder::new().name("plan".to_owned()).spawn(work)?;
-        Ok(Self { latest })
+        Ok(Self { latest, question })
     }
 
     /// The plan so far.
     pub(super) fn latest(&self) -> Arc<PlannedClearance> {
         Arc::clone(&locked(&self.latest))
+    }
+}
+
+impl Drop for ClearancePlanner {
+    fn drop(&mut self) {
+        self.question.cancel();
     }
 }
 
@@ -218,7 +227,7 @@ mod tests {
     /// The plan after each step.
     fn planned(toml: &str, near_m: f64) -> Vec<PlannedClearance> {
         let mut plans = Vec::new();
-        work_out(Config::from_toml(toml).expect("a valid text").lead(), near_m, |plan| {
+        work_out(Config::from_toml(toml).expect("a valid text").lead(), near_m, &Question::default(), |plan| {
             plans.push(plan.clone());
             true
         });
@@ -256,7 +265,7 @@ mod tests {
         let text = include_str!("../../../examples/two-dragons.toml");
         let config = Config::from_toml(text).expect("a valid text");
         let formation = config.formation();
-        work_out_course(formation, |plan| {
+        work_out_course(formation, &Question::default(), |plan| {
             plans.push(plan.clone());
             true
         });

@@ -2,13 +2,14 @@
 
 use std::sync::Arc;
 
+use bench_dragon_geometry::dragon::Question;
 use serde_json::{Value, json};
 
 use super::edit::Edit;
 use super::newest::Newest;
+use super::page_question::PageQuestion;
 use super::plan::Plan;
 use super::plan_folder::PlanFolder;
-use super::question::Question;
 use super::study::Study;
 
 /// Answers for one page.
@@ -21,15 +22,17 @@ pub(super) struct Answerer<'a> {
     shown: Option<Plan>,
     /// The saved version, if it is drawn beside the plan.
     saved: Option<Plan>,
+    /// The question that the present study answers.
+    studied: Question,
 }
 
 impl<'a> Answerer<'a> {
     pub(super) fn new(folder: Arc<PlanFolder>, studies: &'a Newest<Study>) -> Self {
-        Self { folder, studies, base: None, shown: None, saved: None }
+        Self { folder, studies, base: None, shown: None, saved: None, studied: Question::default() }
     }
 
     /// Answers the newest questions until the place is closed. `send` returns whether the page is still there.
-    pub(super) fn answer_all(&mut self, questions: &Newest<Question>, mut send: impl FnMut(&Value) -> bool) {
+    pub(super) fn answer_all(&mut self, questions: &Newest<PageQuestion>, mut send: impl FnMut(&Value) -> bool) {
         while let Some(question) = questions.take() {
             let answer = self.answer(question);
             if !send(&answer) {
@@ -38,8 +41,8 @@ impl<'a> Answerer<'a> {
         }
     }
 
-    fn answer(&mut self, question: Question) -> Value {
-        let Question { number, text, edit, at_s, saved } = question;
+    fn answer(&mut self, question: PageQuestion) -> Value {
+        let PageQuestion { number, text, edit, at_s, saved } = question;
         let is_new = saved.is_some();
         if let Some(saved) = saved {
             self.saved = if saved.is_empty() { None } else { self.plan(saved).ok() };
@@ -76,7 +79,10 @@ impl<'a> Answerer<'a> {
             Ok(plan) => {
                 let touch = plan.quick_touch();
                 let message = plan.message(number, touch, at_s);
-                self.studies.put(Study { number, plan: plan.clone(), touch }, |_, newer| newer);
+                self.studied.cancel();
+                self.studied = Question::default();
+                let study = Study { number, plan: plan.clone(), touch, question: self.studied.clone() };
+                self.studies.put(study, |_, newer| newer);
                 self.shown = Some(plan);
                 message
             }
@@ -106,5 +112,11 @@ impl<'a> Answerer<'a> {
         };
         self.base = Some(plan.clone());
         Ok(plan)
+    }
+}
+
+impl Drop for Answerer<'_> {
+    fn drop(&mut self) {
+        self.studied.cancel();
     }
 }

@@ -1,7 +1,7 @@
 //! Mends: small changes of a plan that take a problem away. Each is tried before it is offered.
 
 use bench_dragon_geometry::clearance::DragonPair;
-use bench_dragon_geometry::dragon::{ChainSolver, Meter};
+use bench_dragon_geometry::dragon::{ChainSolver, Question};
 use bench_dragon_geometry::formation::DelaySet;
 use bench_dragon_geometry::planner::smallest_pitch;
 use bench_dragon_geometry::route::{PathSegment, RouteShape, SpiralSpec};
@@ -20,8 +20,8 @@ const RADII: i32 = 30;
 const WIDER: f64 = 1.06;
 
 /// All mends of a plan, for the page.
-pub(super) fn mends(plan: &Plan, folder: &PlanFolder, touch: Touch) -> Vec<Value> {
-    let trial = Trial { plan, folder };
+pub(super) fn mends(plan: &Plan, folder: &PlanFolder, touch: Touch, question: &Question) -> Vec<Value> {
+    let trial = Trial { plan, folder, question };
     let mut found = Vec::new();
     if let Touch::Found { time_s, benches, .. } = touch {
         let of_contact = match plan.config.named() {
@@ -49,6 +49,7 @@ impl Mend {
 struct Trial<'a> {
     plan: &'a Plan,
     folder: &'a PlanFolder,
+    question: &'a Question,
 }
 
 impl Trial<'_> {
@@ -63,7 +64,8 @@ impl Trial<'_> {
     fn without_contact(&self, words: String, put: Put) -> Option<Mend> {
         let mended = self.with(&put)?;
         let end_s = mended.times_s()[1];
-        let is_free = matches!(mended.touch(mended.times_s(), WORK), Touch::Free { to_s } if to_s >= end_s);
+        let is_free =
+            matches!(mended.touch(mended.times_s(), &self.question.meter(WORK)), Touch::Free { to_s } if to_s >= end_s);
         is_free.then_some(Mend { words, put })
     }
 
@@ -79,7 +81,7 @@ impl Trial<'_> {
             2.0 * end.distance(config.route().placement.position)
         };
         let dimensions = config.lead().dimensions().without_play();
-        let smallest = smallest_pitch(&dimensions, start_turns, circle_m, 0.0, &Meter::of(WORK)).ok()?;
+        let smallest = smallest_pitch(&dimensions, start_turns, circle_m, 0.0, &self.question.meter(WORK)).ok()?;
         let wider_m = up(smallest.pitch_m, 1e4);
         let put = Put::new(Owner(None).route("pitch_m"), wider_m);
         if wider_m > pitch_m { self.without_contact(format!("pitch {wider_m:.4} m"), put) } else { None }
@@ -99,7 +101,7 @@ impl Trial<'_> {
     fn later_start(&self, benches: [usize; 2]) -> Option<Mend> {
         let config = &self.plan.config;
         let named = config.named().filter(|named| named.cues().is_empty())?;
-        let formation = config.formation().metered(&Meter::of(WORK));
+        let formation = config.formation().metered(&self.question.meter(WORK));
         let places = benches.map(|bench| formation.layout().place(bench).0);
         let [one, other] = [places[0].min(places[1]), places[0].max(places[1])];
         if one == other {

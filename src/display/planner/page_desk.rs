@@ -15,8 +15,8 @@ use tokio::time::timeout;
 use super::answerer::Answerer;
 use super::asker::{self, Asked};
 use super::newest::Newest;
+use super::page_question::PageQuestion;
 use super::plan_folder::PlanFolder;
-use super::question::Question;
 use super::study::{Study, study_all};
 use crate::display::web::{close, closed};
 
@@ -28,7 +28,7 @@ const PAGE_TIMEOUT: Duration = Duration::from_secs(30);
 /// The questions of a page, and the work for them. Dropping it ends the threads after the step in progress; they are not joined. Each
 /// thread has one too, so that both end if one fails.
 struct Work {
-    questions: Newest<Question>,
+    questions: Newest<PageQuestion>,
     studies: Newest<Study>,
     /// `None` cancels a question of `solve`.
     asked: Newest<Option<Asked>>,
@@ -38,7 +38,7 @@ struct Work {
 #[derive(Deserialize)]
 #[serde(untagged)]
 enum PageMessage {
-    Question(Question),
+    Question(PageQuestion),
     Asked(Asked),
     /// Cancels the question of `solve` under way.
     Cancel {

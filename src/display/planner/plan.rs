@@ -74,14 +74,13 @@ impl Plan {
 
     /// The first contact, as `solve contact` finds it, within the work that a drag allows.
     pub(super) fn quick_touch(&self) -> Touch {
-        self.touch(self.times_s(), QUICK_WORK)
+        self.touch(self.times_s(), &Meter::of(QUICK_WORK))
     }
 
     /// The first contact between two plan times, within some work.
-    pub(super) fn touch(&self, [from_s, to_s]: [f64; 2], work: u64) -> Touch {
-        let meter = Meter::of(work);
+    pub(super) fn touch(&self, [from_s, to_s]: [f64; 2], meter: &Meter) -> Touch {
         let Some(named) = self.config.named() else {
-            let (dragon, timetable) = (self.config.lead().metered(&meter), self.config.timetable());
+            let (dragon, timetable) = (self.config.lead().metered(meter), self.config.timetable());
             let [start_s, end_s] = self.times_s();
             let travel_m = |time_s: f64| self.planned()[0].travel_m(time_s);
             let from_m = if from_s <= start_s { dragon.start_travel_m() } else { travel_m(from_s) };
@@ -96,7 +95,7 @@ impl Plan {
                 Err(spent) => Touch::Free { to_s: timetable.time_s(spent.reached_m) },
             };
         };
-        match first_meeting(&named.formation().metered(&meter), 0.0, from_s, to_s) {
+        match first_meeting(&named.formation().metered(meter), 0.0, from_s, to_s) {
             Ok(Some(meeting)) => {
                 Touch::Found { time_s: meeting.time_s, benches: meeting.benches, point_m: meeting.point.to_array() }
             }

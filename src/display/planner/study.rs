@@ -1,11 +1,11 @@
 //! The answers that take longer than a drag allows: the contact of a long route, speeds, borders, the clearance over time.
 //!
-//! A study works in steps. Before each it looks whether there is a newer plan, which takes its place.
+//! A study works in steps. A newer plan takes its place: it cancels the study, whose step then ends at once and tells nothing.
 
 use std::time::Duration;
 
 use bench_dragon_geometry::clearance::{ClearanceSearch, first_breach, least_distance};
-use bench_dragon_geometry::dragon::{ChainSolver, Handle, Meter};
+use bench_dragon_geometry::dragon::{ChainSolver, Handle, Question};
 use bench_dragon_geometry::formation::Planned;
 use bench_dragon_geometry::planner::{ClosestApproach, largest_speed_ratio, near_misses, on_one_core};
 use bench_dragon_geometry::stage::{BorderKind, Stage};
@@ -38,6 +38,8 @@ pub(super) struct Study {
     pub(super) number: u64,
     pub(super) plan: Plan,
     pub(super) touch: Touch,
+    /// Cancelled by the next plan.
+    pub(super) question: Question,
 }
 
 /// A study that has ended early: a newer one waits, or the page has gone.
@@ -54,7 +56,8 @@ pub(super) fn study_all(folder: &PlanFolder, studies: &Newest<Study>, mut send: 
         }
         let mut tell = |mut answer: Value| {
             answer["number"] = study.number.into();
-            if !studies.is_outdated() && send(&answer) { Ok(()) } else { Err(Ended) }
+            let is_wanted = !study.question.is_cancelled() && !studies.is_outdated();
+            if is_wanted && send(&answer) { Ok(()) } else { Err(Ended) }
         };
         // One core stays free for the answers while a hand drags.
         let _ = on_one_core(|| study.run(folder, &mut tell));
@@ -72,7 +75,7 @@ impl Study {
         };
         self.curve(end_s, tell)?;
         tell(json!({ "type": "borders", "borders": self.borders() }))?;
-        tell(json!({ "type": "mends", "mends": mends(&self.plan, folder, touch) }))?;
+        tell(json!({ "type": "mends", "mends": mends(&self.plan, folder, touch, &self.question) }))?;
         self.misses(end_s, tell)?;
         tell(json!({ "type": "speeds", "speeds": self.speeds() }))
     }
@@ -88,7 +91,7 @@ impl Study {
         let at =
             |part: usize| if part == PARTS { end_s } else { from_s + (end_s - from_s) * part as f64 / PARTS as f64 };
         for part in 0..PARTS {
-            let touch = self.plan.touch([at(part), at(part + 1)], WORK);
+            let touch = self.plan.touch([at(part), at(part + 1)], &self.question.meter(WORK));
             let is_done = matches!(touch, Touch::Found { .. }) || part + 1 == PARTS;
             let is_stuck = matches!(touch, Touch::Free { to_s } if to_s < at(part + 1));
             let mut contact = self.plan.contact(touch);
@@ -136,7 +139,7 @@ impl Study {
         if config.named().is_some() {
             return Ok(());
         }
-        let (dragon, planned) = (config.lead().metered(&Meter::of(WORK)), &self.plan.planned()[0]);
+        let (dragon, planned) = (config.lead().metered(&self.question.meter(WORK)), &self.plan.planned()[0]);
         let (start_m, to_m) = (dragon.start_travel_m(), planned.travel_m(end_s));
         let at =
             |part: usize| if part == PARTS { to_m } else { start_m + (to_m - start_m) * part as f64 / PARTS as f64 };
@@ -168,7 +171,7 @@ impl Study {
 
     /// The largest speed of a handle of each dragon.
     fn speeds(&self) -> Vec<Value> {
-        let speed = |planned: &Planned| match largest_speed_ratio(&planned.dragon.metered(&Meter::of(WORK))) {
+        let speed = |planned: &Planned| match largest_speed_ratio(&planned.dragon.metered(&self.question.meter(WORK))) {
             Ok(largest) => json!({
                 "ratio": largest.ratio,
                 "handle": largest.handle,
@@ -185,7 +188,7 @@ impl Study {
         let mut found = Vec::new();
         for (number, planned) in self.plan.planned().iter().enumerate() {
             let first_bench = self.plan.config.formation().layout().benches_of(number).start;
-            let dragon = planned.dragon.metered(&Meter::of(WORK));
+            let dragon = planned.dragon.metered(&self.question.meter(WORK));
             for (kind, word) in [(BorderKind::Outline, "outline"), (BorderKind::KeepOut, "keep_out")] {
                 let only = Stage::new(stage.of_kind(kind).to_vec(), 0.0);
                 let breach = if stage.of_kind(kind).is_empty() { Ok(None) } else { first_breach(&dragon, &only, 0.0) };

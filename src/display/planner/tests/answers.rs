@@ -1,5 +1,6 @@
 //! Answers to the questions of a page.
 
+use bench_dragon_geometry::dragon::{Meter, Question};
 use serde_json::{Value, json};
 
 use super::{STREET, config, folder};
@@ -75,9 +76,16 @@ fn the_saved_version_stands_beside_the_plan_at_the_same_time_until_it_is_no_long
 fn a_long_search_ends_with_the_contact_of_one_search() {
     let text = "[dragon]\nbenches = 60\n";
     let plan = Plan { text: text.to_owned(), config: config(text) };
-    let Touch::Found { time_s, benches, .. } = plan.touch(plan.times_s(), 1_000_000_000) else { panic!("it touches") };
+    let Touch::Found { time_s, benches, .. } = plan.touch(plan.times_s(), &Meter::of(1_000_000_000)) else {
+        panic!("it touches")
+    };
     let studies = Newest::new();
-    let study = Study { number: 9, plan: plan.clone(), touch: plan.touch(plan.times_s(), 2_000) };
+    let study = Study {
+        number: 9,
+        plan: plan.clone(),
+        touch: plan.touch(plan.times_s(), &Meter::of(2_000)),
+        question: Question::default(),
+    };
     assert!(matches!(study.touch, Touch::Free { to_s } if to_s < time_s), "the quick search does not reach it");
     studies.put(study, |_, newer| newer);
     let (mut contact, mut misses, mut kinds) = (Value::Null, Value::Null, Vec::new());

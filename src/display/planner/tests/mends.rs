@@ -1,5 +1,6 @@
 //! Mends: changes that take a problem of a plan away.
 
+use bench_dragon_geometry::dragon::{Meter, Question};
 use serde_json::{Value, json};
 
 use super::{config, folder};
@@ -28,8 +29,8 @@ segments = [{ kind = 'line', length_m = 60 }]
 
 fn mended(text: &str) -> Vec<(String, Plan)> {
     let plan = Plan { text: text.to_owned(), config: config(text) };
-    let touch = plan.touch(plan.times_s(), 1_000_000_000);
-    let mends = mends(&plan, &folder(), touch);
+    let touch = plan.touch(plan.times_s(), &Meter::of(1_000_000_000));
+    let mends = mends(&plan, &folder(), touch, &Question::default());
     let after = |mend: &Value| {
         let edit: Edit = serde_json::from_value(json!({ "kind": "put", "puts": mend["puts"] })).expect("an edit");
         let text = edit.apply(text, &plan.config).expect("the text has this place");
@@ -48,7 +49,7 @@ fn each_mend_takes_its_problem_away_and_keeps_every_comment() {
     assert!(words.starts_with("start ") && words.ends_with(" s later"), "{words}");
     assert!(later.text.contains("# two streets") && later.text.contains("'gold' # leads"), "{}", later.text);
     for (words, plan) in found.iter().chain(&crossing) {
-        let touch = plan.touch(plan.times_s(), 1_000_000_000);
+        let touch = plan.touch(plan.times_s(), &Meter::of(1_000_000_000));
         assert!(matches!(touch, Touch::Free { to_s } if to_s >= plan.times_s()[1]), "{words}: {touch:?}");
     }
     let tight = "[dragon]\nbenches = 8\n[route]\nkind = 'path'\nsegments = [{ kind = 'line', length_m = 20 }, \

@@ -238,7 +238,7 @@ impl Motion {
             Self { is_ready: true, .. } => ShowState::Ready,
             Self { is_over: true, .. } => self.state_at_end(),
             _ if rests && self.travel_m() >= self.plan.end_travel_m => self.state_at_end(),
-            Self { is_paused: true, .. } | Self { stands: true, .. } if rests && self.waits() => ShowState::Paused,
+            Self { is_paused: true, .. } | Self { stands: true, .. } if self.waits() => ShowState::Paused,
             _ if self.waits() => ShowState::Waiting,
             _ if rests && self.is_at_limit() => ShowState::Held,
             Self { is_paused: true, .. } | Self { stands: true, .. } if rests => ShowState::Paused,

@@ -207,7 +207,9 @@ impl Walk {
         Phase { start, accel_mps2, end: Some(End { at, brakes: true }) }
     }
 
+    /// The instant at which a phase ends. Rounding must not put it past the limit.
     fn after(&self, start: Instant, elapsed_s: f64, travel_m: f64, speed_mps: f64) -> Instant {
+        let travel_m = travel_m.min(self.limit_m.max(start.travel_m));
         Instant { ticks: start.ticks + elapsed_s / self.tick_s, travel_m, speed_mps }
     }
 }
@@ -315,6 +317,29 @@ mod tests {
     }
 
     #[test]
+    fn a_head_that_is_stopped_while_it_brakes_to_its_limit_does_not_pass_it_by_rounding() {
+        for number in 1..1000 {
+            let number = f64::from(number);
+            // The run begins far before 0, so the travel ahead is rounded.
+            let limit_m = number / 700.0;
+            let mut walk = Walk::at_rest(TICK_S, Some(0.05 + 0.0013 * number), -100.0);
+            walk.steer(0.0, 0.1 + 0.0037 * number, limit_m, false);
+            while !walk.phase.end.is_some_and(|end| end.at.speed_mps == 0.0) {
+                walk.advance_to(walk.phase.end.expect("the head walks to its limit").at.ticks);
+            }
+            let [begin, end] = [walk.phase.start, walk.phase.end.expect("the head brakes").at].map(|at| at.ticks);
+            for part in 0..8 {
+                let mut stopped = walk;
+                let stop = begin + (end - begin) * f64::from(part) / 8.0;
+                stopped.steer(stop, 0.0, limit_m, false);
+                stopped.advance_to(2.0 * end);
+                let travel_m = stopped.travel_m(2.0 * end);
+                assert!(travel_m <= limit_m, "{travel_m} m, and the limit is {limit_m} m");
+            }
+        }
+    }
+
+    #[test]
     fn a_head_that_leaves_a_rest_of_the_plan_and_is_stopped_at_the_same_instant_stays_there() {
         let mut walk = Walk::at_rest(TICK_S, Some(1.0), 0.0);
         walk.leave_at_once(Some(0.0));
@@ -337,6 +362,12 @@ mod tests {
         // The head is there before it has reached that speed.
         for (seconds, expected) in [(1.4, (0.98, 1.4)), (1.42, (1.0, 0.0))] {
             assert_near(after(walk_to(1.0), seconds), expected);
+        }
+        // At half the acceleration, the head is at 0.5625 m after 1.5 s, at 0.75 m/s.
+        let mut slow = Walk::at_rest(TICK_S, Some(0.5), 0.0);
+        slow.steer(0.0, 2.0, 0.5625, true);
+        for (seconds, expected) in [(1.0, (0.25, 0.5)), (1.4, (0.49, 0.7)), (1.51, (0.5625, 0.0))] {
+            assert_near(after(slow, seconds), expected);
         }
         // From 8 m, at 5 s, to another speed: 1 m/s before the limit, less than 2 m/s at the limit, rest before the limit.
         for (target_mps, limit_m, moments) in [
@@ -389,6 +420,16 @@ mod tests {
         assert_near(after(walk, 7.0), (11.0, 2.0));
     }
 
+    /// Target speeds, also that of a stop.
+    fn target_mps() -> impl Strategy<Value = f64> {
+        prop_oneof![1 => Just(0.0), 3 => 0.0..10.0_f64]
+    }
+
+    /// How much further the limit is than the one before; also the same limit.
+    fn further_m() -> impl Strategy<Value = f64> {
+        prop_oneof![1 => Just(0.0), 3 => 0.0..5.0_f64]
+    }
+
     proptest! {
         #![proptest_config(random_cases(256))]
 
@@ -396,7 +437,7 @@ mod tests {
         /// no faster than the greatest acceleration.
         #[test]
         fn a_walk_keeps_its_limits(
-            orders in prop::collection::vec((0.0..10.0_f64, 0.0..5.0_f64, 0.0..300.0_f64), 1..40),
+            orders in prop::collection::vec((target_mps(), further_m(), 0.0..300.0_f64), 1..40),
             accel_mps2 in prop::option::of(0.01..20.0_f64),
         ) {
             let mut walk = Walk::at_rest(TICK_S, accel_mps2, 0.0);

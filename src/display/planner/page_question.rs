@@ -7,7 +7,7 @@ use super::edit::Edit;
 /// A question. Its answers have its number.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Question {
+pub(super) struct PageQuestion {
     pub(super) number: u64,
     /// The configuration; without it, the one of the last answer.
     #[serde(default)]
@@ -22,7 +22,7 @@ pub(super) struct Question {
     pub(super) saved: Option<String>,
 }
 
-impl Question {
+impl PageQuestion {
     /// This question in the place of an older one that was not answered. Texts that are new in the older one stay new.
     pub(super) fn after(self, older: Self) -> Self {
         let saved = self.saved.or(older.saved);
