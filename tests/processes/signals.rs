@@ -100,6 +100,5 @@ fn ctrl_c_ends_a_question_with_the_answers_that_are_known() {
     assert_eq!(quantities.len(), 4);
     let first = &quantities[0]["value"];
     assert!(first.is_f64(), "the first answer is known, not {first}");
-    let last = quantities[3]["parameters"].as_array().and_then(|parameters| parameters.last()).expect("a parameter");
-    assert_eq!(last["samples"][0]["reason"], "no answer: cancelled");
+    assert!(ended.stdout.contains("\"reason\":\"no answer: cancelled\""), "a later one is not");
 }

@@ -148,6 +148,29 @@ impl From<PathSpec> for RouteSpec {
 }
 
 impl RouteSpec {
+    /// Travel of the head up to which a dragon is at the same places as on another route: infinite on the same curve, the length of the
+    /// segments at the beginning that are equal on open paths on level ground, negative infinity where nothing is known.
+    pub fn same_to_m(&self, other: &Self) -> f64 {
+        if (self.placement, self.start_s, &self.ground) != (other.placement, other.start_s, &other.ground) {
+            return f64::NEG_INFINITY;
+        }
+        if self.shape == other.shape {
+            return f64::INFINITY;
+        }
+        let (
+            RouteShape::Path(PathSpec { segments, laps: None }),
+            RouteShape::Path(PathSpec { segments: others, laps: None }),
+        ) = (&self.shape, &other.shape)
+        else {
+            return f64::NEG_INFINITY;
+        };
+        if self.ground.is_some() {
+            return f64::NEG_INFINITY;
+        }
+        let equal = segments.iter().zip(others).take_while(|(segment, other)| segment == other);
+        equal.map(|(segment, _)| segment.length_m()).sum()
+    }
+
     /// The route for a head of this speed, in m/s, and a dragon whose links have this length together.
     ///
     /// # Errors

@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use super::edit::Edit;
 use super::newest::Newest;
 use super::page_question::PageQuestion;
-use super::plan::Plan;
+use super::plan::{Plan, Touch};
 use super::plan_folder::PlanFolder;
 use super::study::Study;
 
@@ -18,8 +18,8 @@ pub(super) struct Answerer<'a> {
     pub(super) studies: &'a Newest<Study>,
     /// The text that a hand began to drag.
     base: Option<Plan>,
-    /// The plan of the last answer.
-    shown: Option<Plan>,
+    /// The plan of the last answer, and its first contact.
+    shown: Option<(Plan, Touch)>,
     /// The saved version, if it is drawn beside the plan.
     saved: Option<Plan>,
     /// The question that the present study answers.
@@ -77,13 +77,13 @@ impl<'a> Answerer<'a> {
         match plan {
             Err(reason) => json!({ "type": "mistake", "number": number, "reason": reason }),
             Ok(plan) => {
-                let touch = plan.quick_touch();
+                let touch = plan.quick_touch(self.shown.as_ref().map(|(plan, touch)| (plan, *touch)));
                 let message = plan.message(number, touch, at_s);
                 self.studied.cancel();
                 self.studied = Question::default();
                 let study = Study { number, plan: plan.clone(), touch, question: self.studied.clone() };
                 self.studies.put(study, |_, newer| newer);
-                self.shown = Some(plan);
+                self.shown = Some((plan, touch));
                 message
             }
         }
@@ -91,7 +91,7 @@ impl<'a> Answerer<'a> {
 
     /// The dragons at another time.
     fn pose(&self, number: u64, at_s: Option<f64>) -> Value {
-        let Some(plan) = &self.shown else {
+        let Some((plan, _)) = &self.shown else {
             return json!({ "type": "mistake", "number": number, "reason": "there is no plan yet" });
         };
         let at_s = at_s.unwrap_or(plan.times_s()[1]);
@@ -105,7 +105,8 @@ impl<'a> Answerer<'a> {
 
     /// The plan of a text that is edited. While a hand drags, the text stays the same.
     fn based(&mut self, text: String) -> Result<Plan, String> {
-        let known = [&self.base, &self.shown].into_iter().flatten().find(|plan| plan.text == text).cloned();
+        let known = [self.base.as_ref(), self.shown.as_ref().map(|(plan, _)| plan)].into_iter().flatten();
+        let known = known.into_iter().find(|plan| plan.text == text).cloned();
         let plan = match known {
             Some(plan) => plan,
             None => self.plan(text)?,

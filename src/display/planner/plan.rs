@@ -72,9 +72,38 @@ impl Plan {
         }
     }
 
-    /// The first contact, as `solve contact` finds it, within the work that a drag allows.
-    pub(super) fn quick_touch(&self) -> Touch {
-        self.touch(self.times_s(), &Meter::of(QUICK_WORK))
+    /// The first contact, as `solve contact` finds it, within the work that a drag allows. What is known of an earlier plan holds as far as
+    /// the dragon is at the same places.
+    pub(super) fn quick_touch(&self, earlier: Option<(&Self, Touch)>) -> Touch {
+        let [start_s, end_s] = self.times_s();
+        let known = earlier.map_or(Touch::Free { to_s: start_s }, |(plan, touch)| self.known(plan, touch));
+        match known {
+            Touch::Found { .. } => known,
+            Touch::Free { to_s } => self.touch([to_s.clamp(start_s, end_s), end_s], &Meter::of(QUICK_WORK)),
+        }
+    }
+
+    /// What another plan's first contact tells about that of this one. Places depend on travel alone.
+    fn known(&self, other: &Self, touch: Touch) -> Touch {
+        let start_s = self.times_s()[0];
+        let [ours, theirs] = [self, other].map(|plan| (plan.config.named().is_none(), plan.config.lead().dimensions()));
+        if !ours.0 || ours != theirs {
+            return Touch::Free { to_s: start_s };
+        }
+        let ends_m = [self, other].map(|plan| plan.config.lead().end_travel_m());
+        let same_to_m = self.config.route().same_to_m(other.config.route()).min(ends_m[0]).min(ends_m[1]);
+        let travel_m = |time_s: f64| other.planned()[0].travel_m(time_s);
+        let time_s = |travel_m: f64| self.config.timetable().time_s(travel_m);
+        match touch {
+            Touch::Found { time_s: contact_s, benches, point_m } if travel_m(contact_s) < same_to_m => {
+                Touch::Found { time_s: time_s(travel_m(contact_s)), benches, point_m }
+            }
+            Touch::Found { time_s: free_s, .. } | Touch::Free { to_s: free_s } => {
+                let free_m = travel_m(free_s).min(same_to_m);
+                let is_known = free_m > self.config.lead().start_travel_m();
+                Touch::Free { to_s: if is_known { time_s(free_m) } else { start_s } }
+            }
+        }
     }
 
     /// The first contact between two plan times, within some work.

@@ -8,6 +8,7 @@
 mod chain;
 mod entity;
 mod model;
+mod text;
 
 use bench_dragon_geometry::drawing::{Drawing, Piece};
 use glam::{DAffine2, DVec2};
@@ -39,7 +40,7 @@ impl Curve<'_> {
 /// The path of a file: an entity, all entities of a layer or a block, or all of the file, joined end to end. A unit is that of the
 /// header.
 pub(super) fn path(bytes: &[u8], choice: &PathChoice<'_>) -> Result<Drawing, DrawingFileError> {
-    let text = String::from_utf8_lossy(bytes);
+    let text = text::decoded(bytes);
     let model = Model::of(&text)?;
     let unit_m = unit_m(&model, choice)?;
     let [own, inserted] = choose(&model, choice)?;
@@ -61,7 +62,7 @@ pub(super) fn path(bytes: &[u8], choice: &PathChoice<'_>) -> Result<Drawing, Dra
 
 /// All paths of a file: one for each entity.
 pub(super) fn list(bytes: &[u8], choice: &PathChoice<'_>) -> Result<PathList, DrawingFileError> {
-    let text = String::from_utf8_lossy(bytes);
+    let text = text::decoded(bytes);
     let model = Model::of(&text)?;
     // A list is there to choose from, before anything is known of the unit.
     let unit_m = choice.metres_per_unit.or(model.unit_m);
@@ -301,6 +302,17 @@ mod tests {
         let off = shown("62\n-7\n").expect("a path");
         assert_eq!(off.pieces[0].begin(), DVec2::new(0.0, 2.0));
         assert!(shown("70\n1\n").is_err() && shown("62\n7\n").is_err());
+    }
+
+    #[test]
+    fn letters_of_layers_may_be_escaped() {
+        let line = "0\nLINE\n8\nStra\\U+00DFe\n10\n0\n20\n0\n11\n9\n21\n0\n";
+        let text = section("ENTITIES", &(line.to_owned() + &line.replace("Stra", "Seiten")));
+        let choice = PathChoice { id: Some("Straße"), metres_per_unit: Some(1.0), ..PathChoice::default() };
+        assert_eq!(path(text.as_bytes(), &choice).expect("a path").pieces.len(), 1);
+        let choice = PathChoice { id: Some("Weg"), ..choice };
+        let error = path(text.as_bytes(), &choice).expect_err("no such layer").to_string();
+        assert!(error.contains("Straße") && error.contains("Seitenße"), "{error}");
     }
 
     #[test]

@@ -9,6 +9,23 @@ use glam::{DAffine2, DMat2, DVec2};
 /// Most functions of a value.
 const MAX_FUNCTIONS: usize = 1000;
 
+/// Whether a browser would ignore a value in a style, since a length or an angle other than 0 has no unit. In an attribute it needs none.
+pub(super) fn lacks_unit(value: &str) -> bool {
+    let functions = value.split(')').filter_map(|function| function.split_once('('));
+    let mut arguments = functions.filter(|(name, _)| needs_units(name)).flat_map(|(_, arguments)| split(arguments));
+    arguments.any(|argument| with_unit(argument).is_some_and(|(number, unit)| unit.is_empty() && number != 0.0))
+}
+
+fn needs_units(function: &str) -> bool {
+    let name = function.trim_matches([' ', '\t', '\n', '\r', ',']).to_ascii_lowercase();
+    ["translate", "rotate", "skew"].iter().any(|kind| name.starts_with(kind))
+}
+
+/// The arguments of a function.
+fn split(arguments: &str) -> impl Iterator<Item = &str> {
+    arguments.split([',', ' ', '\t', '\n', '\r']).filter(|argument| !argument.is_empty())
+}
+
 /// The map of a value; `None` for one that is not known.
 pub(super) fn parsed(value: &str) -> Option<DAffine2> {
     let mut map = DAffine2::IDENTITY;
@@ -19,8 +36,7 @@ pub(super) fn parsed(value: &str) -> Option<DAffine2> {
         }
         let (name, behind) = rest.split_once('(')?;
         let (arguments, behind) = behind.split_once(')')?;
-        let arguments: Vec<&str> =
-            arguments.split([',', ' ', '\t', '\n', '\r']).filter(|argument| !argument.is_empty()).collect();
+        let arguments: Vec<&str> = split(arguments).collect();
         map *= function(&name.trim().to_ascii_lowercase(), &arguments)?;
         rest = behind.trim_start().trim_start_matches(',').trim_start();
     }
@@ -176,6 +192,26 @@ mod tests {
         ] {
             let map = parsed(value).expect(value);
             assert!(map.transform_point2(point.into()).distance(expected.into()) < 1e-9, "{value}");
+        }
+    }
+
+    #[test]
+    fn lengths_and_angles_of_a_style_need_a_unit() {
+        for value in
+            ["rotate(90)", "translate(3px, 4)", "scale(2) skewX(10)", "Rotate( 1e1 )", "translateX(5) rotate(0)"]
+        {
+            assert!(lacks_unit(value), "{value}");
+        }
+        for value in [
+            "rotate(90deg)",
+            "translate(0, 4px)",
+            "scale(2)",
+            "matrix(1, 0, 0, 1, 5, 6)",
+            "rotate(0)",
+            "none",
+            "rotate",
+        ] {
+            assert!(!lacks_unit(value), "{value}");
         }
     }
 

@@ -60,6 +60,10 @@ impl<'a> Placed<'a> {
                         .refuse(&format!("has the property all {}, which is not supported: remove it", quoted(value)));
                 }
                 "display" => placed.set(name, &value.to_ascii_lowercase()),
+                "transform" if css_transform::lacks_unit(value) => placed.refuse(&format!(
+                    "has the transform {} in a style, where lengths and angles must have a unit",
+                    quoted(value)
+                )),
                 "overflow" | "font-size" | "transform" | "transform-origin" => placed.set(name, value),
                 "d" if tag == "path" => placed.set_data(value),
                 "transform-box" => box_of_origin = Some(value).filter(|value| !is_neutral(name, value)),
@@ -75,6 +79,9 @@ impl<'a> Placed<'a> {
             }
         }
         placed.resolve_transform(box_of_origin);
+        if tag == "svg" && !is_root {
+            placed.hide_without_size();
+        }
         if !is_root {
             placed.require_lengths();
         }
@@ -156,6 +163,14 @@ impl<'a> Placed<'a> {
         let origin = self.get("transform-origin").filter(|origin| TransformOrigin::from_str(origin).is_err());
         if let Some(origin) = origin.map(quoted) {
             self.refuse(&format!("has the transform-origin {origin}, which is not supported"));
+        }
+    }
+
+    /// An element whose width or height is 0 is not shown.
+    fn hide_without_size(&mut self) {
+        let is_zero = |value: &str| Length::from_str(value).is_ok_and(|length| length.number == 0.0);
+        if ["width", "height"].into_iter().any(|name| self.get(name).is_some_and(is_zero)) {
+            self.set("display", "none");
         }
     }
 
@@ -259,6 +274,28 @@ mod tests {
             assert_eq!(error(&format!("<path {hidden} d=\"M 0 5 L 9 5\"/>")), None, "{hidden}");
         }
         assert!(error("<path d=\"M 0 5 L 9 5\"/>").is_some());
+    }
+
+    #[test]
+    fn an_svg_element_without_a_size_is_not_shown() {
+        for hidden in ["width=\"0\"", "height=\"0mm\"", "style=\"width: 0px\""] {
+            assert_eq!(error(&format!("<svg {hidden}><path d=\"M 0 5 L 9 5\"/></svg>")), None, "{hidden}");
+        }
+        assert!(error("<svg width=\"9\"><path d=\"M 0 5 L 9 5\"/></svg>").is_some());
+    }
+
+    #[test]
+    fn a_transform_of_a_style_without_units_is_refused() {
+        let turned = |how: &str| {
+            let svg = "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 9 9\">";
+            let choice = PathChoice { metres_per_unit: Some(1.0), ..PathChoice::default() };
+            let text = format!("{svg}<path {how} d=\"M 0 5 L 9 5\"/></svg>");
+            parse(text.as_bytes(), DrawingFormat::Svg, &choice).err().map(|error| error.to_string())
+        };
+        let reason =
+            "the element <path> has the transform \"rotate(90)\" in a style, where lengths and angles must have a unit";
+        assert_eq!(turned("style=\"transform: rotate(90)\"").as_deref(), Some(reason));
+        assert_eq!([turned("style=\"transform: rotate(90deg)\""), turned("transform=\"rotate(90)\"")], [None, None]);
     }
 
     #[test]

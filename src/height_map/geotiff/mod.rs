@@ -17,7 +17,7 @@ use tiff::tags::Tag;
 
 use super::{FileGrid, HeightMapError, MAX_HEIGHTS, Placing, flip_columns, flip_rows, quoted, require_size};
 
-use structure::{require_moderate_parts, require_no_mask, require_one_grey_band, require_tags_within};
+use structure::{SAMPLES, require_moderate_parts, require_no_mask, require_one_grey_band, require_tags_within};
 use tags::{TiffFile, doubles, invalid, text};
 pub(super) use units::METRE_NAMES;
 use units::{geo_key, geo_keys, require_metres, require_unscaled_metres};
@@ -112,8 +112,7 @@ fn samples(file: &mut TiffFile<'_>) -> Result<Vec<f64>, HeightMapError> {
         }
         DecodingResult::F64(samples) => samples,
         DecodingResult::F16(_) | DecodingResult::U64(_) | DecodingResult::I64(_) => {
-            let allowed = "integers of 8 to 32 bits or floats of 32 or 64 bits";
-            return Err(HeightMapError(format!("has samples of another type, must have {allowed}")));
+            return Err(HeightMapError(format!("has samples of another type, must have {SAMPLES}")));
         }
     };
     for sample in &mut samples {

@@ -45,11 +45,18 @@ pub(super) fn require_tags_within(bytes: &[u8]) -> Result<(), HeightMapError> {
     Ok(())
 }
 
-/// Fails for colours, several bands and unknown compression.
+/// Samples that are allowed, in words.
+pub(super) const SAMPLES: &str = "integers of 8 to 32 bits or floats of 32 or 64 bits";
+
+/// Fails for colours, several bands, samples of less than a byte, and unknown compression.
 pub(super) fn require_one_grey_band(file: &mut TiffFile<'_>) -> Result<(), HeightMapError> {
     let bands = unsigned(file, Tag::SamplesPerPixel)?.unwrap_or(1);
     if bands != 1 {
         return Err(HeightMapError(format!("has {bands} bands, must have 1")));
+    }
+    let bits = unsigned(file, Tag::BitsPerSample)?.unwrap_or(1);
+    if ![8, 16, 32, 64].contains(&bits) {
+        return Err(HeightMapError(format!("has samples of {bits} bits, must have {SAMPLES}")));
     }
     let interpretation = unsigned(file, Tag::PhotometricInterpretation)?.unwrap_or(1);
     if interpretation != 1 {

@@ -1,11 +1,13 @@
 //! Random edits, one after another.
 
+use glam::DVec2;
 use test_support::property::case_count;
 
 use super::{DRAGONS, INLINE, STREET, config, folder};
 use crate::config::Config;
 use crate::display::planner::edit::Edit;
 use crate::display::planner::handle::{HandleId, handles};
+use crate::display::planner::plan::{Plan, Touch};
 use crate::display::planner::route_edit::NewSegment;
 use crate::display::planner::stage_handles::NewBorder;
 
@@ -55,6 +57,51 @@ fn random_edits_neither_panic_nor_lose_a_comment() {
             }
         }
     }
+}
+
+/// Random drags of each text, times the factor of the environment.
+const DRAGS: u32 = 150;
+/// Difference of a contact's time in seconds, and of its place in metres, from search to search.
+const ROUNDING: f64 = 1e-6;
+
+#[test]
+fn what_is_known_of_the_plan_before_gives_the_same_contact() {
+    let mut random = fastrand::Rng::with_seed(11);
+    let folder = folder();
+    let mut known = 0;
+    for text in [STREET.replace("benches = 12", "benches = 40"), INLINE.replace("benches = 10", "benches = 40")] {
+        let mut now = Plan { config: config(&text), text };
+        let mut touch = now.quick_touch(None);
+        for _ in 0..case_count(DRAGS) {
+            let all = handles(&now.text, &now.config);
+            let handle = &all[random.usize(0..all.len())];
+            let step = |random: &mut fastrand::Rng| 4.0 * (random.f64() - 0.5);
+            let to_m = [handle.x_m + step(&mut random), handle.y_m + step(&mut random)];
+            let edit = Edit::Move { handle: handle.id, to_m };
+            let Ok(text) = edit.apply(&now.text, &now.config) else { continue };
+            let Ok(config) = folder.config(&text).and_then(if_short) else { continue };
+            let plan = Plan { text, config };
+            known += usize::from(now.config.route().same_to_m(plan.config.route()) > 0.0);
+            let (cold, warm) = (plan.quick_touch(None), plan.quick_touch(Some((&now, touch))));
+            let is_same = match (cold, warm) {
+                (
+                    Touch::Found { time_s, benches, point_m },
+                    Touch::Found { time_s: other_s, benches: others, point_m: other_m },
+                ) => {
+                    let off_m = DVec2::from(point_m).distance(other_m.into());
+                    benches == others && (time_s - other_s).abs() < ROUNDING && off_m < ROUNDING
+                }
+                // With what is known, the same work reaches further.
+                (Touch::Free { to_s }, Touch::Free { to_s: reached_s } | Touch::Found { time_s: reached_s, .. }) => {
+                    reached_s >= to_s - ROUNDING
+                }
+                (Touch::Found { .. }, Touch::Free { .. }) => false,
+            };
+            assert!(is_same, "{cold:?}, with what is known {warm:?}\n{}\nafter\n{}", plan.text, now.text);
+            (now, touch) = (plan, warm);
+        }
+    }
+    assert!(known > 100, "{known}");
 }
 
 /// An edit of a whole route, of the stage, or of the dragons.
