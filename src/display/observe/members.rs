@@ -28,8 +28,12 @@ impl Members {
 
     /// These processes, without those that have ended since.
     #[must_use]
-    pub fn still_there(mut self, domain: &Domain) -> Self {
-        let now = Self::of(domain);
+    pub fn still_there(self, domain: &Domain) -> Self {
+        self.without_ended(&Self::of(domain))
+    }
+
+    /// These processes, without those that are not among the present ones. The source is the present one.
+    fn without_ended(mut self, now: &Self) -> Self {
         self.living.retain(|member| now.living.contains(member));
         Self { source: now.source, has_source: now.has_source, ..self }
     }
@@ -52,5 +56,62 @@ impl Members {
             return Some(format!("does not report{pid}"));
         }
         of_name(&self.dead).map(|_| "was killed".to_owned())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn entry(name: &str, pid: Option<u32>) -> NodeEntry {
+        NodeEntry { name: name.to_owned(), pid }
+    }
+
+    #[test]
+    fn a_server_is_lost_if_it_was_killed_and_no_source_has_started() {
+        let killed = Members { dead: vec![entry("record", Some(3)), entry(SERVER, Some(4))], ..Members::default() };
+        assert!(killed.has_lost_server());
+        assert!(!Members { has_source: true, ..killed.clone() }.has_lost_server());
+        assert!(!Members { dead: vec![entry("record", Some(3))], ..killed }.has_lost_server());
+        assert!(!Members::default().has_lost_server());
+    }
+
+    #[test]
+    fn the_living_of_a_name_are_known_by_their_pids() {
+        let living = vec![entry("monitor", Some(1)), entry("record", None), entry("record", Some(2))];
+        let members = Members { living, ..Members::default() };
+        assert_eq!(members.living("record").collect::<Vec<_>>(), [None, Some(2)]);
+        assert_eq!(members.living("psn").count(), 0);
+    }
+
+    #[test]
+    fn an_unheard_reader_does_not_report_or_was_killed_or_is_unknown() {
+        let members = Members {
+            living: vec![entry("monitor", Some(7)), entry("psn", None)],
+            dead: vec![entry("monitor", Some(5)), entry("record", Some(6))],
+            ..Members::default()
+        };
+        let states = ["monitor", "psn", "record", "osc"].map(|name| members.unheard(name));
+        let expected = [Some("does not report (pid 7)"), Some("does not report"), Some("was killed"), None];
+        assert_eq!(states.each_ref().map(Option::as_deref), expected);
+    }
+
+    #[test]
+    fn processes_that_have_ended_are_left_out_and_the_source_is_the_present_one() {
+        let before = Members {
+            source: Some(1),
+            has_source: true,
+            living: vec![entry("monitor", Some(2)), entry("record", Some(3))],
+            dead: vec![entry("psn", Some(4))],
+        };
+        let now = Members {
+            source: Some(9),
+            living: vec![entry("record", Some(3)), entry("osc", Some(5))],
+            ..Members::default()
+        };
+        let left = before.clone().without_ended(&now);
+        let expected =
+            Members { source: Some(9), has_source: false, living: vec![entry("record", Some(3))], dead: before.dead };
+        assert_eq!(left, expected);
     }
 }
