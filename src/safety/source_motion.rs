@@ -63,9 +63,10 @@ impl SourceMotion {
         let (ticks, clock_s) = (next.tick - last.tick, clock_s(last, next));
         let [last_s, next_s] = [last, next].map(|header| header.time_scale / f64::from(rate_hz));
         // Another time scale than the configured one has three causes. The source follows timecode, it makes up for a
-        // standstill, or it replays a recording faster or slower. In the last case, the time scale does not determine the
-        // steps.
-        let longest_tick_s = if [last_s, next_s] == [tick_s; 2] { tick_s } else { TIMECODE_SPEEDUP * tick_s };
+        // standstill, or it replays a recording faster or slower, perhaps one of the first two. In the last case, the time
+        // scale does not determine the steps.
+        let has_own_pace = [last_s, next_s] != [tick_s; 2];
+        let longest_tick_s = if has_own_pace { TIMECODE_SPEEDUP * tick_s } else { tick_s };
         let has_missed = clock_s > MISSED_FROM * tick_s;
         let longest_s = match ticks {
             // A frame from another host is due at its arrival. It may arrive early, so one more period is allowed.
@@ -81,7 +82,7 @@ impl SourceMotion {
         if ticks > 1 || has_missed || !runs {
             return travel_step_m <= show_step_s * Request::MAX_SPEED_MPS + TRAVEL_TOLERANCE_M;
         }
-        // Two successive frames of a running show are one whole step apart. The head walks at the speed in the second frame, or
+        // Two successive frames of a running show are one whole step apart, at its own pace one that is no longer. The head walks at the speed in the second frame, or
         // on a ramp to it. On a ramp, the mean speed differs from the mean of both speeds by at most a quarter of the greatest
         // speed change.
         let mean_mps = 0.5 * (last.course_mps + next.course_mps);
@@ -92,7 +93,7 @@ impl SourceMotion {
         let may_start_at_once = accel_mps2.is_none() || has_planned_ends && is_at_rest;
         let walks_so = may_start_at_once && is_near(at_once_m, 0.0)
             || accel_mps2.is_some() && is_near(mean_mps * show_step_s, off_m);
-        let is_step = [tick_s, next_s].iter().any(|step_s| (show_step_s - step_s).abs() <= SHOW_TIME_TOLERANCE_S);
+        let is_step = has_own_pace || (show_step_s - tick_s).abs() <= SHOW_TIME_TOLERANCE_S;
         is_step && walks_so
     }
 }
@@ -203,6 +204,22 @@ mod tests {
         let on_time = due(111 * PERIOD_NS, frame(9, 0.252));
         for pair in [stood, first, second, jump, on_time].windows(2) {
             assert!(MOTION.has_walked(&pair[0], &pair[1]), "{pair:?}");
+        }
+    }
+
+    /// The recorded show made up for a standstill, so its steps are a tenth longer; its replay has another time scale yet.
+    #[test]
+    fn replay_of_ticks_that_make_up_for_a_standstill_is_walked_at_any_rate() {
+        for rate in [0.01, 0.95, 1.0, 2.0, 100.0] {
+            let played = |periods: u32, tick, time_s| {
+                let at_ns = f64::from(periods) * 20e6 / rate;
+                due(at_ns as u64, scaled(1.1 * rate, frame(tick, time_s)))
+            };
+            let steps = [played(5, 5, 0.1), played(6, 6, 0.122), played(7, 7, 0.144)];
+            for pair in steps.windows(2) {
+                assert!(MOTION.has_walked(&pair[0], &pair[1]), "at {rate}: {pair:?}");
+            }
+            assert!(!MOTION.has_walked(&steps[2], &played(8, 8, 0.3)), "a seek at {rate}");
         }
     }
 
