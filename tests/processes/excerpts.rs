@@ -148,7 +148,8 @@ fn a_monitor_finds_the_same_contact_in_each_lap() {
     let recorder = stage.start(&["record", "a.mcap"]);
     server.summary();
     recorder.terminate().expect_clean();
-    let laps = ["a.mcap", "--from", "412.4", "--loop", "2", "--rate", "2", "--readers", "2"];
+    // Slow enough that each reader looks while a lap lasts: it finds the next one's source when it looks.
+    let laps = ["a.mcap", "--from", "412.4", "--loop", "2", "--rate", "0.05", "--readers", "2"];
     let (process, _) = replay(&stage, &laps);
     let monitor = stage.start(&["monitor", "--format", "json"]);
     let mut reader = Reader::join(&stage);
