@@ -1,5 +1,5 @@
-//! Measures how soon a question ends after it is cancelled: each question is asked again and again, and cancelled at instants that are
-//! spread evenly over its time.
+//! Measures how soon a question ends after it is cancelled: each question is asked again and again, and cancelled at instants
+//! that are spread evenly over its time.
 
 #![allow(missing_docs, reason = "a bench has no public items")]
 
@@ -115,7 +115,8 @@ fn answered(asked: &Asked) -> Duration {
     processor_time().saturating_sub(begun)
 }
 
-/// Processor time from the cancel to the end of a question that is cancelled when it has used `wait`; `None` if it was answered before.
+/// Processor time from the cancel to the end of a question that is cancelled when it has used `wait`; `None` if it was answered
+/// before.
 fn delay(asked: &Asked, wait: Duration) -> Option<Duration> {
     let question = Question::default();
     let meter = question.meter(WORK);

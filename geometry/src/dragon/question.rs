@@ -7,8 +7,8 @@ use super::meter::Meter;
 
 /// A question that one thread answers and that others may cancel. Clones are the same question.
 ///
-/// Its searches count their work with meters of this question. When it is cancelled, they end within a millisecond or two, as at their limit of
-/// work, with what they have found so far.
+/// Its searches count their work with meters of this question. When it is cancelled, they end within a millisecond or two, as at
+/// their limit of work, with what they have found so far.
 ///
 /// ```
 /// use bench_dragon_geometry::dragon::Question;

@@ -148,8 +148,8 @@ impl From<PathSpec> for RouteSpec {
 }
 
 impl RouteSpec {
-    /// Travel of the head up to which a dragon is at the same places as on another route: infinite on the same curve, the length of the
-    /// segments at the beginning that are equal on open paths on level ground, negative infinity where nothing is known.
+    /// Travel of the head up to which a dragon is at the same places as on another route: infinite on the same curve, the length of
+    /// the equal segments at the beginning of open paths on level ground, negative infinity where nothing is known.
     pub fn same_to_m(&self, other: &Self) -> f64 {
         if (self.placement, self.start_s, &self.ground) != (other.placement, other.start_s, &other.ground) {
             return f64::NEG_INFINITY;
