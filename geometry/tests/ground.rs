@@ -211,6 +211,21 @@ fn assert_first_touch(dragon: &Dragon, contact: &Contact) {
     }
 }
 
+/// A part of the route that is fitted as a whole ends 2 mm behind the border of a cell of the ground, near (1.498, -8.363).
+#[test]
+fn a_route_that_ends_just_in_another_cell_has_the_heights_of_the_ground() {
+    let phases = (1.086_939_853_325_879_4, 5.776_138_145_102_31, 3.226_558_066_576_741_3);
+    let ground = Ground::map(hills(phases.into(), 0.185_770_800_209_195_2));
+    let pitch_m = 1.092_338_143_522_482_2;
+    let route = Route::spiral(pitch_m, 10.0 / pitch_m).expect("a spiral").on_ground(&ground, 0.0, None, 80.0);
+    let dragon =
+        Dragon::new(paper_benches(30), Arc::new(route.expect("ground everywhere"))).expect("the dragon stands");
+    for handle in handles_at(&dragon, 0.396_933_864_041_114_8 * dragon.end_travel_m()) {
+        let height_m = ground.height_m(handle.position).expect("ground everywhere");
+        assert!((height_m - handle.in_space().z).abs() < 1e-12, "{handle:?}: {height_m} m");
+    }
+}
+
 proptest! {
     #![proptest_config(random_cases(24))]
 

@@ -37,7 +37,7 @@ impl StopFlag {
     pub fn on_signals() -> io::Result<Self> {
         let stop = Self(Arc::default());
         let mut signals = Signals::new([SIGINT, SIGTERM])?;
-        if !is_ignored(SIGHUP) {
+        if !is_hangup_ignored() {
             signals.add_signal(SIGHUP)?;
         }
         let Self(flag) = stop.clone();
@@ -76,11 +76,10 @@ impl StopFlag {
     }
 }
 
-/// Whether this process was started with a signal ignored, as SIGHUP by `nohup`, or SIGINT by a shell in the background. It then
-/// stays ignored.
-pub fn is_ignored(signal: i32) -> bool {
-    // Without /proc, no signal counts as ignored.
-    fs::read_to_string("/proc/self/status").is_ok_and(|status| ignores(&status, signal))
+/// Whether this process was started with SIGHUP ignored, as by `nohup`. It then stays ignored.
+pub fn is_hangup_ignored() -> bool {
+    // Without /proc, SIGHUP counts as not ignored.
+    fs::read_to_string("/proc/self/status").is_ok_and(|status| ignores(&status, SIGHUP))
 }
 
 /// Whether the status of a process lists a signal as ignored (`proc_pid_status(5)`).

@@ -55,4 +55,4 @@ pub use play::{
 pub use proven_course::{ProvenCourse, Violation};
 pub use proven_travel::ProvenTravel;
 pub use search::{ClearanceSearch, PairClearance};
-pub use swept_area::{SweptArea, TooMuchToSweep};
+pub use swept_area::SweptArea;

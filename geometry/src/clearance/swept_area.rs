@@ -18,7 +18,7 @@ use i_overlay::i_shape::base::data::Shapes;
 use super::border_search::parameters;
 use super::coverage::BoardCoverage;
 use super::pose::BenchPose;
-use crate::dragon::{Dragon, Handle};
+use crate::dragon::{Dragon, Handle, Spent};
 use crate::formation::Formation;
 
 /// Longest stride, in lengths of the bench's link.
@@ -39,14 +39,6 @@ pub struct SweptArea {
     pub parts: Vec<Vec<Vec<DVec2>>>,
 }
 
-/// Error: the limit of work is reached.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-#[error("the limit of {most} steps of work is reached")]
-pub struct TooMuchToSweep {
-    /// The limit.
-    pub most: u64,
-}
-
 impl SweptArea {
     /// The area that all boards of a formation sweep, larger than the true one by at most `tolerance_m` at any place.
     ///
@@ -55,7 +47,7 @@ impl SweptArea {
     ///
     /// # Panics
     /// Panics for a tolerance that is not above 0.
-    pub fn of(formation: &Formation, tolerance_m: f64) -> Result<Self, TooMuchToSweep> {
+    pub fn of(formation: &Formation, tolerance_m: f64) -> Result<Self, Spent> {
         assert!(tolerance_m > 0.0, "a tolerance");
         let mut union = Union::default();
         for planned in formation.dragons() {
@@ -67,7 +59,7 @@ impl SweptArea {
             for (bench, from, to) in walks.into_iter().take(last + 1) {
                 sweep(dragon, bench, [from, to], tolerance_m, &mut union);
                 if dragon.meter().is_spent() {
-                    return Err(TooMuchToSweep { most: dragon.meter().spent(0.0).most });
+                    return Err(dragon.meter().spent(dragon.start_travel_m()));
                 }
             }
         }

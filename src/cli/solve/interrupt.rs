@@ -9,7 +9,6 @@ use signal_hook::consts::SIGINT;
 use signal_hook::flag;
 
 use crate::output::terminal_text::Printable;
-use crate::system::stop::is_ignored;
 use crate::system::whole_file;
 
 /// The question of this process.
@@ -19,11 +18,9 @@ static ASKED: OnceLock<Question> = OnceLock::new();
 pub(super) fn question() -> &'static Question {
     ASKED.get_or_init(|| {
         let question = Question::default();
-        if !is_ignored(SIGINT) {
-            // If the handlers cannot be set, Ctrl-C ends the process as before.
-            let _ = flag::register_conditional_default(SIGINT, question.flag())
-                .and_then(|_| flag::register(SIGINT, question.flag()));
-        }
+        // If the handlers cannot be set, Ctrl-C ends the process as before.
+        let _ = flag::register_conditional_default(SIGINT, question.flag())
+            .and_then(|_| flag::register(SIGINT, question.flag()));
         question
     })
 }

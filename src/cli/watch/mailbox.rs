@@ -12,7 +12,7 @@ use signal_hook::iterator::Signals;
 use super::terminal;
 use crate::display::observe::Snapshot;
 use crate::display::watch::CommandOutcome;
-use crate::system::stop::is_ignored;
+use crate::system::stop::is_hangup_ignored;
 
 /// Most keys that wait while the screen is drawn. The terminal buffers further keys.
 const INPUT_ROOM: usize = 64;
@@ -186,7 +186,7 @@ const GRACE: Duration = Duration::from_secs(1);
 /// picture; it echoes keys again.
 pub(super) fn send_signals_to(mailbox: Arc<Mailbox>) -> io::Result<()> {
     let mut signals = Signals::new([SIGCONT, SIGINT, SIGQUIT, SIGTERM, SIGTSTP])?;
-    if !is_ignored(SIGHUP) {
+    if !is_hangup_ignored() {
         signals.add_signal(SIGHUP)?;
     }
     let send = move || {
