@@ -35,7 +35,7 @@ pub(super) fn on_all_cores<Answer: Send>(
             let Some(own) = (item < count).then(|| share.meter()).flatten() else { return done };
             let answer = work(item, &own);
             share.note(item, own.done());
-            // What a cancelled item has found is not its whole answer.
+            // A cancelled item may have only a part of its answer.
             done.push((item, own.done(), (!own.is_cancelled()).then_some(answer)));
         }
     };

@@ -157,18 +157,17 @@ impl RouteSpec {
         if self.shape == other.shape {
             return f64::INFINITY;
         }
-        let (
-            RouteShape::Path(PathSpec { segments, laps: None }),
-            RouteShape::Path(PathSpec { segments: others, laps: None }),
-        ) = (&self.shape, &other.shape)
-        else {
-            return f64::NEG_INFINITY;
-        };
-        if self.ground.is_some() {
-            return f64::NEG_INFINITY;
+        match (&self.shape, &other.shape, &self.ground) {
+            (
+                RouteShape::Path(PathSpec { segments, laps: None }),
+                RouteShape::Path(PathSpec { segments: others, laps: None }),
+                None,
+            ) => {
+                let equal = segments.iter().zip(others).take_while(|(segment, other)| segment == other);
+                equal.map(|(segment, _)| segment.length_m()).sum()
+            }
+            _ => f64::NEG_INFINITY,
         }
-        let equal = segments.iter().zip(others).take_while(|(segment, other)| segment == other);
-        equal.map(|(segment, _)| segment.length_m()).sum()
     }
 
     /// The route for a head of this speed, in m/s, and a dragon whose links have this length together.

@@ -30,18 +30,24 @@ pub(super) fn is_cancelled() -> bool {
     ASKED.get().is_some_and(Question::is_cancelled)
 }
 
-/// What an answer adds to the reason of an early end: how to get further.
+/// The hint behind the reason of an early end. There is none after Ctrl-C.
 pub(super) fn allows_more() -> &'static str {
     if is_cancelled() { "" } else { "; --work allows more" }
 }
 
 /// Why a part of an answer is unknown, for answers that have no reason of their own.
 pub(super) fn early_end() -> &'static str {
-    if is_cancelled() { "cancelled" } else { "it takes too much work; --work allows more" }
+    if is_cancelled() { "cancelled" } else { "the search takes too much work; --work allows more" }
 }
 
-/// Writes a file of a complete answer. Fails if the question was cancelled.
-pub(super) fn write(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
+/// Fails if the question was cancelled: a file is for a whole answer.
+pub(super) fn require_whole(path: &Path) -> anyhow::Result<()> {
     ensure!(!is_cancelled(), "cancelled: {} is not written", Printable(path));
+    Ok(())
+}
+
+/// Writes a file of a whole answer. Fails if the question was cancelled.
+pub(super) fn write(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
+    require_whole(path)?;
     whole_file::write(path, bytes)
 }

@@ -257,8 +257,8 @@ impl SweepAnswer {
 /// Writes the file of `--figure`.
 fn save(args: &SweepArgs, config: &Config, area: Option<&SweptArea>, answer: &SweepAnswer) -> anyhow::Result<()> {
     let Some(FloorFile { path, format }) = &args.figure else { return Ok(()) };
-    let area =
-        area.with_context(|| format!("--figure has nothing to show: the area is unknown: {}", interrupt::early_end()))?;
+    interrupt::require_whole(path)?;
+    let area = area.context("--figure has nothing to show: the area takes too much work")?;
     let stage = stage_in_plan(config.stage());
     let FloorFormat::Figure(format) = *format else {
         let plan = FloorPlan { swept: area.parts.clone(), stage, marks: Vec::new() };

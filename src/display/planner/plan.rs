@@ -83,10 +83,13 @@ impl Plan {
         }
     }
 
-    /// What another plan's first contact tells about that of this one. Places depend on travel alone.
+    /// What another plan's first contact tells about that of this one. Places depend on travel alone, so both must begin at the same.
     fn known(&self, other: &Self, touch: Touch) -> Touch {
         let start_s = self.times_s()[0];
-        let [ours, theirs] = [self, other].map(|plan| (plan.config.named().is_none(), plan.config.lead().dimensions()));
+        let [ours, theirs] = [self, other].map(|plan| {
+            let dragon = plan.config.lead();
+            (plan.config.named().is_none(), dragon.dimensions(), dragon.start_travel_m())
+        });
         if !ours.0 || ours != theirs {
             return Touch::Free { to_s: start_s };
         }

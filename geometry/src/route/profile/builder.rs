@@ -158,14 +158,14 @@ impl<'a> Fitter<'a> {
             self.extend_last(begin, end);
             return ControlFlow::Continue(());
         }
-        let looks: Vec<f64> = self.checks.iter().map(|check| middle + half * check).collect();
-        let first = self.cell_at(looks[0]);
-        if let Some(cut) =
-            looks.windows(2).find_map(|ends| self.border([ends[0], ends[1]], first)).filter(|_| !is_short)
-        {
+        let cell_at = |parameter: f64| self.ground.cell(self.route.plan_point(parameter).position);
+        let cells: Vec<Option<Cell>> = self.checks.iter().map(|check| cell_at(middle + half * check)).collect();
+        if let Some(k) = (1..cells.len()).find(|&k| !is_short && cells[k] != cells[k - 1]) {
+            let ends = [k - 1, k].map(|k| middle + half * self.checks[k]);
+            let cut = turning_point(ends[0], ends[1], 0.0, |parameter| cell_at(parameter) != cells[k - 1]).1;
             return self.fit_both(begin, cut, end);
         }
-        let Some(cell) = first else { return ControlFlow::Break(ProfileEnd::NoHeight) };
+        let Some(cell) = cells[0] else { return ControlFlow::Break(ProfileEnd::NoHeight) };
         let (part, fit) = self.fit_over(begin, end, cell);
         let is_steep = fit.slope > MAX_SLOPE * (1.0 + SLOPE_ROUNDING);
         if !is_steep && (fit.is_exact || end - begin <= 2.0 * least) {
@@ -176,24 +176,6 @@ impl<'a> Fitter<'a> {
             return ControlFlow::Break(ProfileEnd::TooSteep);
         }
         self.fit_both(begin, middle, end)
-    }
-
-    fn cell_at(&self, parameter: f64) -> Option<Cell> {
-        self.ground.cell(self.route.plan_point(parameter).position)
-    }
-
-    /// The first parameter between two looks at which the route is in another cell than `cell`, where it is at the first of
-    /// them. Between them it may leave the cell and come back, where it turns round along an axis.
-    fn border(&self, [from, to]: [f64; 2], cell: Option<Cell>) -> Option<f64> {
-        let is_outside = |parameter: f64| self.cell_at(parameter) != cell;
-        let directions = [from, to].map(|parameter| self.route.plan_point(parameter).tangent.to_array());
-        let turns = [0, 1].into_iter().filter(|&axis| directions[0][axis] * directions[1][axis] < 0.0).map(|axis| {
-            let has_turned =
-                |parameter: f64| self.route.plan_point(parameter).tangent.to_array()[axis] * directions[0][axis] <= 0.0;
-            turning_point(from, to, 0.0, has_turned).1
-        });
-        let outside = turns.chain([to]).filter(|&parameter| is_outside(parameter)).min_by(f64::total_cmp)?;
-        Some(turning_point(from, outside, 0.0, is_outside).1)
     }
 
     /// Fits a piece to a part of one segment over one cell.

@@ -73,6 +73,21 @@ fn the_saved_version_stands_beside_the_plan_at_the_same_time_until_it_is_no_long
 }
 
 #[test]
+fn what_is_known_of_a_plan_that_begins_elsewhere_is_searched_again() {
+    let plan = |speed_mps: f64, start_s: f64| {
+        let text = format!("[head]\nspeed_mps = {speed_mps:?}\n[route]\nstart_s = {start_s:?}\n");
+        Plan { config: config(&text), text }
+    };
+    // At half of the speed the run begins before the other one; at 1.4 times the speed behind its contact.
+    for (other, speed_mps) in [(plan(1.0, 413.0), 0.5), (plan(1.0, 300.0), 1.4)] {
+        let touch = other.quick_touch(None);
+        let own = plan(speed_mps, other.times_s()[0]);
+        let (cold, warm) = (own.quick_touch(None), own.quick_touch(Some((&other, touch))));
+        assert_eq!(format!("{warm:?}"), format!("{cold:?}"), "after {touch:?}");
+    }
+}
+
+#[test]
 fn a_long_search_ends_with_the_contact_of_one_search() {
     let text = "[dragon]\nbenches = 60\n";
     let plan = Plan { text: text.to_owned(), config: config(text) };
