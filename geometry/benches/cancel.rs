@@ -88,7 +88,9 @@ fn questions() -> Vec<Asked> {
         }),
         question("passage", move |meter| walk_through(turnaround, paper_benches(223), staging, meter, |_| ())),
         question("smallest_pitch", move |meter| smallest_pitch(&paper_benches(223), 16.0, 9.0, 0.0, meter)),
-        question("smallest_pitch_with_poles", move |meter| guaranteed_pitch(&loose, 16.0, 9.0, 0.0, &nominal, meter)),
+        question("smallest_pitch_with_poles", move |meter| {
+            guaranteed_pitch(&plan.into(), &loose, 16.0, 9.0, 0.0, &nominal, meter)
+        }),
         question("contact_with_poles", move |meter| {
             let dragon = loose_dragon.metered(meter);
             let possible = first_possible_touch(&dragon, 0.0, 0.0, dragon.end_travel_m()).ok().flatten();

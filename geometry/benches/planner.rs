@@ -113,7 +113,9 @@ fn play(criterion: &mut Criterion) {
     let dimensions = paper_benches(223).with_poles(0.055, 0.050).expect("valid poles");
     let meter = Meter::unlimited();
     let nominal = smallest_pitch(&dimensions, 16.0, 9.0, 0.0, &meter).expect("there is a smallest pitch");
-    let pitch = || guaranteed_pitch(black_box(&dimensions), 16.0, 9.0, 0.0, &nominal, &meter).expect("a wider pitch");
+    let plan = SpiralSpec::default().into();
+    let pitch =
+        || guaranteed_pitch(&plan, black_box(&dimensions), 16.0, 9.0, 0.0, &nominal, &meter).expect("a wider pitch");
     assert!((pitch() - 0.459_742).abs() < 2e-5, "{}", pitch());
     group.bench_function("smallest pitch to a circle of 9 m", |bencher| bencher.iter(pitch));
     group.finish();

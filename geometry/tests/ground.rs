@@ -8,7 +8,7 @@ use bench_dragon_geometry::dragon::{Board, ChainSolver, ChainStepper, Dragon, Dr
 use bench_dragon_geometry::ground::{Ground, HeightMap};
 use bench_dragon_geometry::planner::largest_speed_ratio;
 use bench_dragon_geometry::route::{
-    CircularArc, Line, PathSegment, PathSpec, Route, RouteError, RouteSpec, Segment, Turn, Turnaround,
+    CircularArc, Line, PathSegment, PathSpec, Placement, Route, RouteError, RouteSpec, Segment, Turn, Turnaround,
 };
 use fastrand::Rng;
 use glam::{DVec2, DVec3};
@@ -408,4 +408,47 @@ fn no_random_pose_of_loose_hinges_on_hills_touches_before_the_bound() {
         assert_eq!(touch, None, "pose {pose}");
     }
     assert!(drawn > 10 * poses, "{drawn} benches off their poles");
+}
+
+/// The entry of a turn is at t = 0, up to rounding. Between the two is no piece, which would have the slope of rounding.
+#[test]
+fn turns_of_all_sizes_have_the_slopes_of_the_plane_at_their_entry() {
+    let ground = plane(0.4, -0.2);
+    for radius_m in (1..=256).map(|k| 4.5 / 256.0 * f64::from(k)) {
+        let turnaround =
+            Turnaround::new(1.7, 2.0 * radius_m, 2.0).and_then(|turn| turn.between(-1.0, 5.0)).expect("valid");
+        let turnaround = turnaround.placed(Placement { position: DVec2::new(1.2, -0.8), heading: 0.7 });
+        let route = turnaround.route().on_ground(&ground, -1.0, Some(5.0), 20.0).expect("a plane");
+        for parameter in [route.parameter(0.0), route.seams()[0]] {
+            let point = route.point(parameter);
+            let slope = point.climb / point.tangent.length();
+            let expected = DVec2::new(0.4, -0.2).dot(point.tangent.normalize());
+            assert!((slope - expected).abs() < 1e-9, "radius {radius_m} m: {slope}, not {expected}");
+        }
+    }
+}
+
+/// A line that ends on the border of a cell, up to rounding: the arc behind it has no piece of the length of that rounding.
+#[test]
+fn seams_on_the_borders_of_cells_have_the_slope_of_their_surroundings() {
+    let ground = Ground::map(hills([0.4, 1.3, 2.9], 0.4));
+    let slope = |route: &Route, parameter: f64| {
+        let point = route.point(parameter);
+        point.climb / point.tangent.length()
+    };
+    for ulps in -4..=4 {
+        for (begin_m, length_m, turn) in [(0.0, 5.0, 1.5), (-0.1, 2.6, -2.0), (0.3, 0.7, 2.0), (1.1, 3.4, -1.0)] {
+            let beside = 5.0 + f64::from(ulps) * f64::EPSILON;
+            let placement = Placement { position: DVec2::new(begin_m + beside - 5.0, 0.2), heading: 0.0 };
+            let arc = PathSegment::Arc { radius_m: 2.5, turn };
+            let path = PathSpec { segments: vec![PathSegment::Line { length_m }, arc, arc], laps: None };
+            let plan = RouteSpec { placement, ground: Some(Arc::new(ground.clone())), ..RouteSpec::from(path) };
+            let route = plan.build(1.0, 2.0).expect("the path lies on the hills");
+            for &seam in route.seams() {
+                let around = [seam - 1e-7, seam, seam + 1e-7].map(|parameter| slope(&route, parameter));
+                assert!((around[0] - around[1]).abs() < 1e-5, "{ulps} {length_m}: {around:?} at {seam}");
+                assert!((around[2] - around[1]).abs() < 1e-5, "{ulps} {length_m}: {around:?} at {seam}");
+            }
+        }
+    }
 }

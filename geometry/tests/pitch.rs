@@ -5,10 +5,13 @@ use std::sync::Arc;
 
 use bench_dragon_geometry::clearance::{first_contact, first_within};
 use bench_dragon_geometry::dragon::{Board, Dimensions, Dragon, Meter};
-use bench_dragon_geometry::planner::{PitchError, PitchLimit, least_clearance, smallest_pitch};
-use bench_dragon_geometry::route::Route;
+use bench_dragon_geometry::ground::Ground;
+use bench_dragon_geometry::planner::{PitchError, PitchLimit, least_clearance, smallest_pitch, smallest_pitch_on};
+use bench_dragon_geometry::route::{Placement, Route, RouteSpec, SpiralSpec};
+use glam::DVec2;
 use proptest::prelude::*;
 use test_support::dragons::{boards_at, clearance_at, pairs, paper_benches};
+use test_support::hills::{hills, plane};
 use test_support::property::random_cases;
 
 /// A dragon on a spiral, and its travel to a circle; `None` if it cannot start.
@@ -211,4 +214,75 @@ fn boards_that_overlap_on_any_spiral_have_no_pitch() {
     let dimensions = Dimensions::new(5, 2.0, 1.0, 0.3, 0.4).expect("valid benches");
     let error = smallest_pitch(&dimensions, 8.0, 9.0, 0.0, &Meter::unlimited()).expect_err("there is none");
     assert_eq!(error.to_string(), "no pitch up to 1000 m lets the head reach a circle of diameter 9 m");
+}
+
+/// The paper's plan on other ground.
+fn plan_on(ground: Ground) -> RouteSpec {
+    RouteSpec { ground: Some(Arc::new(ground)), ..RouteSpec::from(SpiralSpec::default()) }
+}
+
+/// A plane without a slope is ground, so its pitches are tried one by one.
+#[test]
+fn on_a_level_plane_the_smallest_pitch_is_the_proven_one() {
+    let (level, meter) = (plan_on(plane(0.0, 0.0)), Meter::unlimited());
+    for (benches, turns, diameter_m, clearance_m) in [(223, 16.0, 9.0, 0.0), (60, 8.0, 6.0, 0.05), (40, 5.0, 2.0, 0.0)]
+    {
+        let proven = smallest_pitch(&paper_benches(benches), turns, diameter_m, clearance_m, &meter).expect("a pitch");
+        let tried = smallest_pitch_on(&level, &paper_benches(benches), turns, diameter_m, clearance_m, &meter);
+        let tried = tried.expect("a pitch");
+        assert!((tried.pitch_m - proven.pitch_m).abs() < 1e-10, "{benches}: {tried:?}, not {proven:?}");
+        assert_eq!(kind(&tried.limit), kind(&proven.limit), "{benches}: {tried:?}, not {proven:?}");
+    }
+}
+
+/// The kind of a limit, and the pair of a contact.
+fn kind(limit: &PitchLimit) -> (&'static str, Option<[usize; 2]>) {
+    match limit {
+        PitchLimit::Contact(contact) => ("contact", Some(contact.benches)),
+        PitchLimit::Stop => ("stop", None),
+        PitchLimit::Start => ("start", None),
+        PitchLimit::Width => ("width", None),
+    }
+}
+
+#[test]
+fn on_hills_the_smallest_pitch_is_feasible_and_one_just_below_is_not() {
+    let (dimensions, turns, diameter_m) = (paper_benches(60), 8.0, 6.0);
+    for ground in [plane(0.4, -0.3), Ground::map(hills([0.4, 1.3, 2.9], 0.4))] {
+        let smallest =
+            smallest_pitch_on(&plan_on(ground.clone()), &dimensions, turns, diameter_m, 0.0, &Meter::unlimited())
+                .expect("a pitch");
+        let is_feasible = |pitch_m: f64| {
+            let spiral = Route::spiral(pitch_m, turns).and_then(|spiral| spiral.on_ground(&ground, 0.0, None, 150.0));
+            let spiral = spiral.expect("the ground reaches far enough");
+            let arrival_m = spiral.travel(-0.5 * diameter_m * TAU / pitch_m);
+            let dragon = Dragon::new(dimensions, Arc::new(spiral)).expect("the dragon stands");
+            dragon.end_travel_m() >= arrival_m && first_contact(&dragon, 0.0, arrival_m).expect("no limit").is_none()
+        };
+        assert!(is_feasible(smallest.pitch_m + 1e-9), "{smallest:?}");
+        for below_m in [1e-9, 1e-6, 1e-3, 1e-2] {
+            assert!(!is_feasible(smallest.pitch_m - below_m), "{smallest:?}");
+        }
+        let PitchLimit::Contact(contact) = smallest.limit else { panic!("{smallest:?}") };
+        assert_eq!(contact.benches[0], 0, "{contact:?}");
+    }
+}
+
+#[test]
+fn ground_that_is_too_small_is_named_with_the_first_pitch_that_leads_beyond_it() {
+    // The hills end 30 m from the origin.
+    let placement = Placement { position: DVec2::new(24.0, 0.0), heading: 0.0 };
+    let aside = RouteSpec { placement, ..plan_on(Ground::map(hills([0.4, 1.3, 2.9], 0.2))) };
+    let found = smallest_pitch_on(&aside, &paper_benches(60), 12.0, 6.0, 0.0, &Meter::unlimited());
+    let Err(PitchError::Ground { pitch_m, gap }) = found else { panic!("{found:?}") };
+    assert!((0.3..0.45).contains(&pitch_m) && (gap.x_m - 30.0).abs() < 1e-3, "{pitch_m} m: {gap}");
+}
+
+#[test]
+fn on_hills_a_spent_meter_tells_up_to_which_pitch_none_is_feasible() {
+    let plan = plan_on(plane(0.4, -0.3));
+    let found = smallest_pitch_on(&plan, &paper_benches(60), 8.0, 6.0, 0.0, &Meter::of(2_000_000));
+    let Err(PitchError::TooMuchWork { pitch_m, .. }) = found else { panic!("{found:?}") };
+    let smallest = smallest_pitch_on(&plan, &paper_benches(60), 8.0, 6.0, 0.0, &Meter::unlimited()).expect("a pitch");
+    assert!(pitch_m < smallest.pitch_m, "{pitch_m}, {smallest:?}");
 }

@@ -1,12 +1,17 @@
 //! The shortest S: it is clear, and no tighter S of a separate grid is clear.
 
-use bench_dragon_geometry::dragon::{FeasibleEnd, Meter};
+use std::sync::Arc;
+
+use bench_dragon_geometry::dragon::{DragonError, FeasibleEnd, Meter};
+use bench_dragon_geometry::ground::Ground;
 use bench_dragon_geometry::planner::{
-    Obstacle, Staging, TurnPassage, largest_speed_ratio, passage_through, shortest_turn, shortest_turn_with_line,
-    walk_through,
+    Infeasible, Obstacle, PlannedTurn, Staging, TurnPassage, largest_speed_ratio, passage_through, shortest_turn,
+    shortest_turn_with_line, walk_through,
 };
-use bench_dragon_geometry::route::Turnaround;
-use test_support::dragons::paper_benches;
+use bench_dragon_geometry::route::{Placement, Turnaround};
+use glam::DVec2;
+use test_support::dragons::{boards_at, handles_at, least_clearance_m, paper_benches};
+use test_support::hills::{hills, hills_every, plane};
 
 fn turn(pitch_m: f64, radius_m: f64, ratio: f64) -> Turnaround {
     Turnaround::new(pitch_m, 2.0 * radius_m, ratio).expect("valid")
@@ -156,4 +161,78 @@ fn a_line_does_not_help_in_a_circle_too_small_for_any_turn() {
         |_| (),
     );
     assert_eq!(found.expect("no limit"), None);
+}
+
+fn on(turn: Turnaround, ground: Ground) -> PlannedTurn {
+    PlannedTurn::on(turn, Some(Arc::new(ground)))
+}
+
+#[test]
+fn on_a_level_plane_a_turn_has_the_answers_of_level_ground() {
+    let staging = Staging { clearance_m: 0.05, speed_ratio: 2.0 };
+    let (planned, dimensions, meter) = (turn(1.7, 4.5, 2.0), paper_benches(20), Meter::unlimited());
+    let level = on(planned, plane(0.0, 0.0));
+    let closest = |passage| match passage {
+        TurnPassage::Clear { closest } => closest.expect("there are pairs"),
+        other => panic!("{other:?}"),
+    };
+    let [flat, raised] = [planned.into(), level.clone()]
+        .map(|turn: PlannedTurn| closest(walk_through(turn, dimensions, staging, &meter, |_| ())));
+    assert_eq!(flat.pair.benches, raised.pair.benches);
+    assert!((flat.pair.clearance_m - raised.pair.clearance_m).abs() < 1e-10, "{flat:?}, {raised:?}");
+    let [flat, raised] = [planned.into(), level.clone()].map(|turn: PlannedTurn| {
+        shortest_turn(turn, dimensions, staging, &meter, |_| ()).expect("no limit").expect("it turns")
+    });
+    let length_m = flat.turnaround.turn_length_m();
+    assert!((length_m - raised.turnaround.turn_length_m()).abs() < 1e-8, "{flat:?}, {raised:?}");
+}
+
+/// The answer has the limits on its whole passage, by poses at many travels, and tighter turns with the ratios beside it do not.
+#[test]
+fn on_hills_the_shortest_turn_keeps_its_limits_and_tighter_ones_do_not() {
+    let staging = Staging { clearance_m: 0.05, speed_ratio: 2.0 };
+    let (dimensions, meter) = (paper_benches(14), Meter::unlimited());
+    let placement = Placement { position: DVec2::new(1.2, -0.8), heading: 0.7 };
+    let planned = turn(1.7, 4.5, 2.0).placed(placement).between(-5.0, 5.0).expect("valid");
+    for ground in [plane(0.4, -0.2), Ground::map(hills_every(3.0, [0.4, 1.3, 2.9], 0.3))] {
+        let planned = on(planned, ground);
+        let shortest = shortest_turn(planned.clone(), dimensions, staging, &meter, |_| ());
+        let shortest = shortest.expect("no limit").expect("it turns");
+        let passage = |turn| passage_through(planned.with(turn), dimensions, &meter);
+        let dragon = passage(shortest.turnaround).expect("it passes");
+        let (from_m, to_m) = (dragon.start_travel_m(), dragon.end_travel_m());
+        let mut largest = 0.0_f64;
+        for step in 0..=2_000 {
+            let travel_m = from_m + (to_m - from_m) * f64::from(step) / 2_000.0;
+            let handles = handles_at(&dragon, travel_m);
+            largest = handles.iter().map(|handle| handle.speed_ratio).fold(largest, f64::max);
+            assert!(least_clearance_m(&boards_at(&dragon, travel_m)) > 0.05, "at {travel_m} m");
+        }
+        assert!(largest <= 2.0 && largest > 1.9, "{largest} in {shortest:?}");
+        let last = handles_at(&dragon, to_m).pop().expect("a tail");
+        assert!((last.position.distance(shortest.turnaround.exit())) < 1e-6, "{last:?}");
+        let radius_m = 0.5 * shortest.turnaround.turn_diameter_m();
+        for (less_m, ratio) in (-20..=20).flat_map(|i| [(1e-4, 1.005_f64.powi(i)), (0.05, 1.05_f64.powi(i))]) {
+            let tighter = turn(1.7, radius_m - less_m, shortest.radius_ratio * ratio).placed(placement);
+            let largest = passage(tighter).and_then(|dragon| largest_speed_ratio(&dragon));
+            assert!(largest.map_or(f64::INFINITY, |largest| largest.ratio) > 2.0, "{less_m} m tighter, ratio {ratio}");
+        }
+    }
+}
+
+/// The ground need not reach further than the passage does.
+#[test]
+fn a_passage_beyond_the_ground_names_the_place() {
+    // The hills end 30 m from the origin.
+    let placement = Placement { position: DVec2::new(18.0, 0.0), heading: 0.0 };
+    let hilly = |benches| {
+        let planned = on(
+            turn(1.7, 4.5, 2.0).placed(placement).between(-20.0, 30.0).expect("valid"),
+            Ground::map(hills([0.4, 1.3, 2.9], 0.2)),
+        );
+        passage_through(planned, paper_benches(benches), &Meter::unlimited())
+    };
+    assert!(hilly(100).is_ok(), "{:?}", hilly(100));
+    let Err(Infeasible::Dragon(DragonError::Ground(gap))) = hilly(223) else { panic!("{:?}", hilly(223)) };
+    assert!((gap.x_m - 30.0).abs() < 1e-3, "{gap}");
 }

@@ -16,6 +16,7 @@ use glam::DVec2;
 use super::cue;
 use super::document::{Document, DragonTable, parse};
 use super::drawn_route::{self, DrawingFit};
+use super::ground_table::GroundTable;
 use super::plan_document::PlanDocument;
 use super::{
     CATCH_UP_S, CPU, Config, ConfigError, HEAD_ACCEL_MPS2, HEAD_SPEED_MPS, HOLE_DIAMETER_M, MARGIN_M, MAX_ALSO, NEAR_M,
@@ -33,6 +34,8 @@ pub struct ConfigDocument {
     pub(super) dimensions: Dimensions,
     pub(super) route: RouteSpec,
     pub(super) drawing: Option<DrawingFit>,
+    /// The whole map of heights of a file. The tables have only the heights under the route.
+    pub(super) map: Option<Arc<Ground>>,
     pub(super) stage: Arc<Stage>,
     /// Limit of steps for finding the end of the dragon's run, if not that of [`Dragon::new`].
     pub(super) placing_steps: Option<u64>,
@@ -69,15 +72,30 @@ impl ConfigDocument {
         Ok(document)
     }
 
-    /// A document whose ground is a map, of which it keeps the heights under the route.
+    /// A document whose ground is a map, of which its tables keep the heights under the route.
     fn with_heights_under_route(mut tables: Document, ground: Ground) -> Result<Self, ConfigError> {
         let table = std::mem::take(&mut tables.ground);
+        Self::on_map(tables, table, Arc::new(ground))
+    }
+
+    /// The document of other tables on the same map, if the document has one.
+    ///
+    /// # Errors
+    /// A value is not valid.
+    pub(super) fn with_route_of(&self, mut tables: Document) -> Result<Self, ConfigError> {
+        let Some(map) = &self.map else { return Self::check(tables) };
+        let table = std::mem::take(&mut tables.ground);
+        let document = Self::on_map(tables, table, Arc::clone(map))?;
+        document.require_short()?;
+        Ok(document)
+    }
+
+    fn on_map(tables: Document, table: GroundTable, map: Arc<Ground>) -> Result<Self, ConfigError> {
         let mut document = Self::check(tables)?;
-        let ground = Arc::new(ground);
-        document.route.ground = Some(Arc::clone(&ground));
+        document.route.ground = Some(Arc::clone(&map));
         let mut tables = document.tables.clone();
-        tables.ground = table.with_heights_under(&ground, &document.curve()?);
-        Self::check(tables)
+        tables.ground = table.with_heights_under(&map, &document.curve()?);
+        Ok(Self { map: Some(map), ..Self::check(tables)? })
     }
 
     /// Parses the text of a description.
@@ -91,6 +109,11 @@ impl ConfigDocument {
     /// The route as planned.
     pub fn route(&self) -> &RouteSpec {
         &self.route
+    }
+
+    /// The same route with all heights that are known, also those beyond the route: for questions about other routes.
+    pub fn route_on_map(&self) -> RouteSpec {
+        RouteSpec { ground: self.map.clone().or(self.route.ground.clone()), ..self.route.clone() }
     }
 
     /// The borders of the stage.
@@ -229,7 +252,7 @@ impl ConfigDocument {
         let route = RouteSpec { ground, ..tables.route.plan()? };
         let dimensions = dimensions(&tables.dragon)?;
         let stage = Arc::new(tables.stage.stage()?);
-        Ok(Self { tables, dimensions, route, drawing: None, stage, placing_steps: None })
+        Ok(Self { tables, dimensions, route, drawing: None, map: None, stage, placing_steps: None })
     }
 
     /// The whole document as TOML, with every key that applies.

@@ -256,16 +256,17 @@ impl Config {
         }
     }
 
-    /// Returns the same configuration with another spiral or turnaround, without cues.
+    /// Returns the same configuration with another spiral or turnaround, without cues. The heights under the route are those of the
+    /// same map.
     ///
     /// # Errors
-    /// The route is not valid, or this dragon does not fit on it.
+    /// The route is not valid, this dragon does not fit on it, or the ground ends.
     pub fn with_shape(&self, shape: &RouteShape) -> Result<Self, ConfigError> {
         let mut tables = self.tables().clone();
         tables.route = tables.route.with_shape(shape);
         // Their places may lie beyond the end of the other route.
         tables.cues.clear();
-        self.rebuilt(ConfigDocument::check(tables)?)
+        self.rebuilt(self.document.with_route_of(tables)?)
     }
 
     /// Places the dragon of another document with the same limit of steps.
@@ -309,7 +310,7 @@ impl Config {
 
     /// The dragon with other tables on the same drawing.
     fn with_tables(&self, tables: Document) -> Result<Self, ConfigError> {
-        let drawing = self.document.drawing.clone();
-        self.rebuilt(ConfigDocument { drawing, ..ConfigDocument::check(tables)? })
+        let ConfigDocument { drawing, map, .. } = self.document.clone();
+        self.rebuilt(ConfigDocument { drawing, map, ..ConfigDocument::check(tables)? })
     }
 }

@@ -204,17 +204,73 @@ fn sensitivity_on_ground_is_that_of_other_plans() {
         let derivative = number(&quantity(0)["parameters"][index]["derivative"]);
         assert!((derivative - expected).abs() < 1e-4 * expected.abs(), "{index}: {derivative} {expected}");
     }
-    assert_eq!(quantity(3)["value"], Value::Null);
-    assert_eq!(quantity(3)["reason"], "the smallest pitch is searched for on level ground only");
+    let pitch = answer(&plan(0.55, 2.2), &["pitch", "--config", "ground.toml"]);
+    assert_eq!(quantity(3)["value"], pitch["pitch_m"]);
+}
+
+/// The tightest spiral on the hill: the saved configuration has the heights under its own route, and plays up to the circle.
+#[test]
+fn the_smallest_pitch_on_a_hill_is_saved_with_the_heights_under_its_route() {
+    let stage = hill();
+    let asked = ["pitch", "--config", "hill.toml", "--turn-diameter", "9", "--save-config", "tightest.toml"];
+    let pitch = answer(&stage, &asked);
+    assert_eq!(pitch["limit"]["kind"], "contact", "{pitch}");
+    let pitch_m = number(&pitch["pitch_m"]);
+    assert!((0.4..0.55).contains(&pitch_m), "{pitch}");
+    let least = |config: &str| {
+        let found = answer(&stage, &["sensitivity", "--config", config, "--parameter", "pitch", "--steps", "1"]);
+        number(&found["quantities"][1]["value"])
+    };
+    assert!(least("tightest.toml").abs() < 1e-9, "{}", least("tightest.toml"));
+    let saved = fs::read_to_string(stage.path("tightest.toml")).expect("a configuration");
+    assert!(!saved.contains("hill.asc"), "{saved}");
+    let tighter = saved.replace(&format!("pitch_m = {pitch_m}"), &format!("pitch_m = {}", pitch_m - 1e-6));
+    assert_ne!(tighter, saved);
+    fs::write(stage.path("tighter.toml"), tighter).expect("a configuration");
+    assert!(least("tighter.toml") < 0.0);
 }
 
 #[test]
-fn questions_that_are_answered_without_ground_say_so() {
+fn a_turn_on_a_hill_passes_along_the_ground_and_its_shortest_is_saved() {
+    let stage = hill();
+    let turn = ["[dragon]\nbenches = 24\n", "[route]\nkind = \"turnaround\"\nstart_s = -40\nend_s = 40\n"];
+    let ground = fs::read_to_string(stage.path("hill.toml")).expect("an example");
+    fs::write(stage.path("turn.toml"), format!("{}{}{ground}", turn[0], turn[1])).expect("a configuration");
+    let found = answer(&stage, &["turn", "--config", "turn.toml"]);
+    assert_eq!((&found["infeasible"], &found["contact"]), (&Value::Null, &Value::Null), "{found}");
+    assert!(number(&found["length_on_ground_m"]) > number(&found["length_m"]), "{found}");
+    let limit = answer(&stage, &["speed-limit", "--limit", "2", "--config", "turn.toml"]);
+    assert_eq!(limit["largest_ratio"], found["largest_ratio"]);
+    let asked = ["turn", "--config", "turn.toml", "--shortest", "--max-ratio", "1.7", "--save-config", "short.toml"];
+    let shortest = answer(&stage, &asked);
+    assert!(number(&shortest["length_m"]) < number(&found["length_m"]), "{shortest}");
+    assert!(number(&shortest["largest_ratio"]) <= 1.7, "{shortest}");
+    let saved = answer(&stage, &["turn", "--config", "short.toml"]);
+    for key in ["length_m", "length_on_ground_m", "largest_ratio"] {
+        assert!((number(&saved[key]) - number(&shortest[key])).abs() < 1e-9, "{key}: {saved}, {shortest}");
+    }
+}
+
+/// The paper's dragon is too long for the hill: its way out of the turn leads beyond the heights.
+#[test]
+fn a_turn_beyond_the_heights_names_the_place() {
+    let stage = hill();
+    let ground = fs::read_to_string(stage.path("hill.toml")).expect("an example");
+    let turn = "[dragon]\nbenches = 120\n[route]\nkind = \"turnaround\"\npitch_m = 1.9\nstart_s = -5\nend_s = 5\n";
+    fs::write(stage.path("turn.toml"), format!("{turn}{ground}")).expect("a configuration");
+    let found = answer(&stage, &["turn", "--config", "turn.toml"]);
+    let reason = found["infeasible"].as_str().expect("the ground ends");
+    assert!(reason.starts_with("the ground has no height at ") && reason.contains(" m of travel, at ("), "{reason}");
+}
+
+#[test]
+fn the_quickest_show_is_answered_on_level_ground_only_and_says_so() {
     let plane = "[ground]\nrise_x = 0.1\n";
-    for (question, name) in [(&["pitch"][..], "solve pitch"), (&["turn", "--pitch", "1.7"], "a question about a turn")]
-    {
-        let reason = format!("[ground] is present, must be absent for {name}");
-        assert_refused(plane, question, &reason);
+    for flags in [
+        &["profile", "--limit", "2", "--accel", "0.5"][..],
+        &["profile", "--limit", "2", "--accel", "0.5", "--pitch", "1.7"],
+    ] {
+        assert_refused(plane, flags, "[ground] is present, must be absent for solve profile");
     }
 }
 

@@ -6,8 +6,8 @@ use thiserror::Error;
 
 use super::derivative::{self, Derivatives};
 use super::local::VariedDragon;
-use super::pitch::{PitchError, PitchLimit, SmallestPitch, smallest_pitch};
-use super::{Infeasible, Parameter, Setting, largest_speed_ratio, least_clearance, passage_through};
+use super::pitch::{PitchError, PitchLimit, SmallestPitch, smallest_pitch_on};
+use super::{Infeasible, Parameter, PlannedTurn, Setting, largest_speed_ratio, least_clearance, passage_through};
 use crate::clearance::first_contact;
 use crate::dragon::{DimensionsError, DragonError, FeasibleEnd, Meter, Spent};
 use crate::number::Number;
@@ -87,9 +87,6 @@ pub enum Unanswered {
     /// The route is a path.
     #[error("a path has no pitch")]
     NoPitch,
-    /// The route is on ground that is not flat.
-    #[error("the smallest pitch is searched for on level ground only")]
-    PitchOnGround,
     /// The spiral starts inside the turning circle.
     #[error("the spiral starts inside the turning circle of {} m diameter", Number(*.0))]
     StartsInside(f64),
@@ -160,11 +157,8 @@ fn contact_time(setting: &Setting, meter: &Meter) -> Result<Answer, Unanswered> 
 /// The smallest pitch. For a turnaround: that of a spiral with the paper's number of turns at the start.
 fn pitch(setting: &Setting, turn_diameter_m: f64, meter: &Meter) -> Result<Answer, Unanswered> {
     let start_turns = setting.route.spiral().ok_or(Unanswered::NoPitch)?.start_turns;
-    if setting.route.ground.is_some() {
-        return Err(Unanswered::PitchOnGround);
-    }
     let SmallestPitch { pitch_m, limit } =
-        smallest_pitch(&setting.dimensions, start_turns, turn_diameter_m, 0.0, meter)?;
+        smallest_pitch_on(&setting.route, &setting.dimensions, start_turns, turn_diameter_m, 0.0, meter)?;
     let PitchLimit::Contact(contact) = limit else {
         return Ok(Answer::at_any_time(pitch_m, move || derivative::of_untouching_pitch(&limit)));
     };
@@ -177,13 +171,14 @@ fn family(setting: &Setting) -> Result<RouteFamily, RouteError> {
     setting.route.family(setting.speed_mps, setting.dimensions.links_m())
 }
 
-/// The passage. On a spiral: from the start until the head is on the circle. On a turnaround on level ground: the passage of all
-/// benches. On ground a turnaround is walked as planned. On a path: the planned run.
+/// The passage. On a spiral: from the start until the head is on the circle. On a turnaround: the passage of all benches. On a path:
+/// the planned run.
 fn passage(setting: &Setting, turn_diameter_m: f64, meter: &Meter) -> Result<VariedDragon, Unanswered> {
-    let is_level = setting.route.ground.is_none();
-    if let Some(turnaround) = setting.route.planned_turnaround(setting.speed_mps)?.filter(|_| is_level) {
-        let dragon = passage_through(turnaround, setting.dimensions, meter)?;
-        return Ok(VariedDragon { dragon, family: RouteFamily::of_turnaround(turnaround, turnaround.route()) });
+    if let Some(turnaround) = setting.route.planned_turnaround(setting.speed_mps)? {
+        let ground = setting.route.ground.clone();
+        let dragon = passage_through(PlannedTurn::on(turnaround, ground.clone()), setting.dimensions, meter)?;
+        let family = RouteFamily::of_turnaround(turnaround, dragon.route().clone()).on_ground(ground);
+        return Ok(VariedDragon { dragon, family });
     }
     match setting.route.shape {
         RouteShape::Spiral(spiral) => spiral_passage(setting, spiral, turn_diameter_m, meter),

@@ -208,7 +208,7 @@ fn end_motion(varied: &VariedDragon, travel_m: f64) -> Option<Motion> {
     } else if varied.family.centre().is_some() {
         // A spiral ends at the travel at which the head is on the circle.
         Some(Motion::Bound(Local::new(varied, travel_m, 1).head_radius()))
-    } else if varied.family.ends_at_fixed_travel() && varied.dragon.feasible_end() == FeasibleEnd::RouteEnd {
+    } else if varied.family.is_fixed() && varied.dragon.feasible_end() == FeasibleEnd::RouteEnd {
         Some(Motion::Held)
     } else {
         Some(Motion::PassageEnd)

@@ -4,6 +4,7 @@ use thiserror::Error;
 
 use crate::dragon::{Dragon, DragonError, FeasibleEnd, Spent};
 use crate::number::Fixed;
+use crate::route::RouteError;
 
 /// Reason why a dragon cannot walk its whole route.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
@@ -11,6 +12,9 @@ pub enum Infeasible {
     /// The dragon cannot stand at the start.
     #[error(transparent)]
     Dragon(DragonError),
+    /// The route is not valid on its ground.
+    #[error(transparent)]
+    Route(RouteError),
     /// A handle cannot pass a parameter of the route.
     #[error("{end} with the head at {} m of travel", Fixed::<6>(*travel_m))]
     Fault {
@@ -29,6 +33,15 @@ impl From<DragonError> for Infeasible {
         match error {
             DragonError::TooMuchWork(spent) => Self::TooMuchWork(spent),
             error => Self::Dragon(error),
+        }
+    }
+}
+
+impl From<RouteError> for Infeasible {
+    fn from(error: RouteError) -> Self {
+        match error {
+            RouteError::Ground(gap) => Self::Dragon(DragonError::Ground(gap)),
+            error => Self::Route(error),
         }
     }
 }

@@ -3,18 +3,22 @@
 use std::f64::consts::PI;
 use std::fmt::{self, Display, Formatter};
 use std::ops::RangeInclusive;
-use std::sync::Arc;
 
 use super::infeasible::Infeasible;
-use super::passage::{Staging, passage_through};
+use super::passage::{Staging, passage};
+use super::planned_turn::PlannedTurn;
 use super::speed_limit::{LargestRatio, largest_speed_ratio};
 use crate::clearance::{Contact, first_within};
 use crate::dragon::{Dimensions, Dragon, DragonError, FeasibleEnd, Meter, Spent};
 use crate::number::Fixed;
-use crate::route::Turnaround;
+use crate::route::{RouteError, Turnaround};
 
 /// Number of benches whose speeds are checked when only the links are.
 const SPEED_BENCHES: usize = 8;
+
+/// Greatest work for finding the faults of a trial, in steps. Where a handle almost jumps, no bound decides whether it does: the
+/// trial then counts as blocked.
+const PLACING_STEPS: u64 = 2_000_000;
 
 /// Index of the way out among the pieces of a turnaround's route.
 const WAY_OUT: usize = 4;
@@ -35,8 +39,10 @@ pub enum Obstacle {
     Contact(Contact),
     /// A handle exceeds the speed limit: the fastest handle.
     TooFast(LargestRatio),
-    /// The dragon cannot stand before the turn.
+    /// The dragon cannot stand before the turn, or the ground ends.
     Dragon(DragonError),
+    /// The route is not valid on its ground.
+    Route(RouteError),
 }
 
 impl Display for Obstacle {
@@ -60,6 +66,7 @@ impl Display for Obstacle {
                 )
             }
             Self::Dragon(error) => write!(formatter, "{error}"),
+            Self::Route(error) => write!(formatter, "{error}"),
         }
     }
 }
@@ -73,7 +80,9 @@ impl Obstacle {
                 (end, piece) == (other_end, other_piece)
             }
             (Self::Contact(contact), Self::Contact(other)) => contact.benches[0] == other.benches[0],
-            (Self::Dragon(_), Self::Dragon(_)) | (Self::TooFast(_), Self::TooFast(_)) => true,
+            (Self::Dragon(_), Self::Dragon(_))
+            | (Self::Route(_), Self::Route(_))
+            | (Self::TooFast(_), Self::TooFast(_)) => true,
             _ => false,
         }
     }
@@ -98,7 +107,7 @@ impl Extent {
 
 /// Checks one dragon on turns inside the turning circle of a turnaround.
 pub(super) struct TurnCheck {
-    pub(super) turnaround: Turnaround,
+    pub(super) planned: PlannedTurn,
     pub(super) dimensions: Dimensions,
     pub(super) staging: Staging,
     pub(super) extent: Extent,
@@ -109,25 +118,26 @@ pub(super) struct TurnCheck {
 impl TurnCheck {
     /// The turn whose S begins at this radius, with this ratio of its arcs.
     pub(super) fn turn(&self, radius_m: f64, ratio: f64) -> Turnaround {
-        let turn = Turnaround::with_line(self.turnaround.pitch_m(), 2.0 * radius_m, ratio, self.line_m);
-        let (start_m, end_m) = (self.turnaround.start_travel_m(), self.turnaround.end_travel_m());
-        turn.and_then(|turn| turn.between(start_m, end_m)).expect("a smaller circle on the same spiral is valid")
+        let planned = self.planned.turnaround();
+        let turn = Turnaround::with_line(planned.pitch_m(), 2.0 * radius_m, ratio, self.line_m);
+        turn.map(|turn| turn.placed(planned.placement()))
+            .and_then(|turn| turn.between(planned.start_travel_m(), planned.end_travel_m()))
+            .expect("a smaller circle on the same spiral is valid")
     }
 
     /// Returns an obstacle on that turn: a fault, or else an exceeded limit.
     pub(super) fn obstacle(&self, meter: &Meter, radius_m: f64, ratio: f64) -> Result<Option<Obstacle>, Spent> {
-        match self.walk(meter, &self.turn(radius_m, ratio), radius_m) {
+        match self.walk(meter, &self.planned.with(self.turn(radius_m, ratio)), radius_m) {
             Ok(()) => Ok(None),
             Err(Blocked::By(obstacle)) => Ok(Some(obstacle)),
             Err(Blocked::TooMuchWork(spent)) => Err(spent),
         }
     }
 
-    fn walk(&self, meter: &Meter, turn: &Turnaround, radius_m: f64) -> Result<(), Blocked> {
-        let turn_m = turn.turn_length_m();
-        let round_m = turn_m + 2.0 * PI * (radius_m + turn.pitch_m());
-        let once_round = turn.between(0.0, round_m).expect("once round is ahead");
-        let walked = |benches: usize| walked(meter, once_round, self.dimensions.with_benches(benches));
+    fn walk(&self, meter: &Meter, turn: &PlannedTurn, radius_m: f64) -> Result<(), Blocked> {
+        let (turn_m, pitch_m) = (turn.turnaround().turn_length_m(), turn.turnaround().pitch_m());
+        let round_m = turn_m + 2.0 * PI * (radius_m + pitch_m);
+        let walked = |benches: usize| walked(meter, turn, round_m, self.dimensions.with_benches(benches));
         let benches = self.dimensions.benches();
         if self.staging.limits_speed() {
             self.check_speed(&walked(benches.min(SPEED_BENCHES))?)?;
@@ -138,9 +148,13 @@ impl TurnCheck {
         match self.extent {
             Extent::Links => Ok(()),
             // Checks the way out first: a search takes longest where links are at steep angles, as in the S.
-            Extent::OnceRound => self.check_limits(&walked(benches)?, &[turn_m..=round_m, 0.0..=turn_m]),
+            Extent::OnceRound => {
+                let dragon = walked(benches)?;
+                let exit_m = dragon.route().in_space(turn_m);
+                self.check_limits(&dragon, &[exit_m..=dragon.end_travel_m(), 0.0..=exit_m])
+            }
             Extent::Whole => {
-                let dragon = passage_through(*turn, self.dimensions, meter)?;
+                let dragon = passage(turn, self.dimensions, meter)?;
                 self.check_limits(&dragon, &[dragon.start_travel_m()..=dragon.end_travel_m()])
             }
         }
@@ -167,14 +181,22 @@ impl TurnCheck {
     }
 }
 
-/// A dragon that walks the whole turn.
-fn walked(meter: &Meter, turn: Turnaround, dimensions: Dimensions) -> Result<Dragon, Blocked> {
-    let dragon = Dragon::with_meter(dimensions, Arc::new(turn.route()), meter.clone()).map_err(Infeasible::from)?;
+/// A dragon that walks the whole turn, from its entry up to a travel in the plan.
+fn walked(meter: &Meter, turn: &PlannedTurn, plan_m: f64, dimensions: Dimensions) -> Result<Dragon, Blocked> {
+    let placing = meter.part(meter.left().min(PLACING_STEPS));
+    let placed = turn.walked_in_plan(dimensions, &placing, 0.0, plan_m);
+    meter.add(placing.done());
+    let dragon = match placed {
+        Err(Infeasible::TooMuchWork(spent)) if !meter.is_spent() => {
+            return Err(Blocked::By(Obstacle::Dragon(DragonError::TooMuchWork(spent))));
+        }
+        placed => placed?.metered(meter),
+    };
     let (travel_m, end) = (dragon.end_travel_m(), dragon.feasible_end());
     let (FeasibleEnd::HandleStops { handle } | FeasibleEnd::HandleJumps { handle }) = end else { return Ok(dragon) };
     let ahead = dragon.chain(travel_m).expect("the run's end is in it").nth(handle - 1).expect("the handle ahead");
     let segment = dragon.route().seams().partition_point(|&seam| seam < ahead.parameter);
-    let piece = if turn.line_m() > 0.0 || segment < 2 { segment } else { segment + 1 };
+    let piece = if turn.turnaround().line_m() > 0.0 || segment < 2 { segment } else { segment + 1 };
     Err(Blocked::By(Obstacle::Fault { travel_m, end, piece }))
 }
 
@@ -194,6 +216,7 @@ impl From<Infeasible> for Blocked {
     fn from(infeasible: Infeasible) -> Self {
         match infeasible {
             Infeasible::Dragon(error) => Self::By(Obstacle::Dragon(error)),
+            Infeasible::Route(error) => Self::By(Obstacle::Route(error)),
             Infeasible::Fault { travel_m, end } => Self::By(Obstacle::Fault { travel_m, end, piece: WAY_OUT }),
             Infeasible::TooMuchWork(spent) => Self::TooMuchWork(spent),
         }

@@ -1,20 +1,21 @@
 //! The passage of a whole dragon through a turn, and its limits on clearance and speed.
 
-use std::sync::Arc;
-
 use super::infeasible::Infeasible;
 use super::least_clearance::{ClosestApproach, least_clearance};
+use super::planned_turn::PlannedTurn;
 use super::speed_limit::{LargestRatio, largest_speed_ratio};
 use crate::clearance::{Contact, first_within};
-use crate::dragon::{ARC_PER_CHORD, Dimensions, Dragon, Handle, Meter, Spent};
+use crate::dragon::{ARC_PER_CHORD, Dimensions, Dragon, DragonError, Handle, Meter, Spent};
 use crate::numerics::{Slope, rising_root};
-use crate::route::Turnaround;
 
 /// Tolerance of the end of a passage, in metres of travel.
 const TOLERANCE_M: f64 = 1e-9;
 
 /// Bound on how often the length of a passage is doubled.
 const MAX_DOUBLINGS: usize = 10;
+
+/// Distance before the end of the ground at which a passage may end, in metres: more than rounding.
+const BEFORE_GAP_M: f64 = 1e-6;
 
 /// Limits for a dragon on its whole passage through a turn.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -59,13 +60,13 @@ pub enum TurnPassage {
 ///
 /// The meter counts all work. `progress` receives the share of the work that each step completes, from any thread.
 pub fn walk_through(
-    turnaround: Turnaround,
+    turn: impl Into<PlannedTurn>,
     dimensions: Dimensions,
     staging: Staging,
     meter: &Meter,
     progress: impl Fn(f64) + Sync,
 ) -> TurnPassage {
-    let walked = walk_within(turnaround, dimensions, staging, meter, progress);
+    let walked = walk_within(&turn.into(), dimensions, staging, meter, progress);
     walked.unwrap_or_else(|infeasible| match infeasible {
         Infeasible::TooMuchWork(spent) => TurnPassage::TooMuchWork(spent),
         infeasible => TurnPassage::Infeasible(infeasible),
@@ -73,13 +74,13 @@ pub fn walk_through(
 }
 
 fn walk_within(
-    turnaround: Turnaround,
+    turn: &PlannedTurn,
     dimensions: Dimensions,
     staging: Staging,
     meter: &Meter,
     progress: impl Fn(f64) + Sync,
 ) -> Result<TurnPassage, Infeasible> {
-    let dragon = passage_through(turnaround, dimensions, meter)?;
+    let dragon = passage(turn, dimensions, meter)?;
     if staging.limits_speed() {
         let largest = largest_speed_ratio(&dragon)?;
         if largest.ratio > staging.speed_ratio {
@@ -102,37 +103,47 @@ fn walk_within(
 /// The meter counts the work for this dragon, now and later.
 ///
 /// # Errors
-/// The dragon cannot stand, a handle would stop, walk backwards or jump, or the meter is spent.
-pub fn passage_through(turnaround: Turnaround, dimensions: Dimensions, meter: &Meter) -> Result<Dragon, Infeasible> {
+/// The dragon cannot stand, a handle would stop, walk backwards or jump, the ground ends, or the meter is spent.
+pub fn passage_through(
+    turn: impl Into<PlannedTurn>,
+    dimensions: Dimensions,
+    meter: &Meter,
+) -> Result<Dragon, Infeasible> {
+    passage(&turn.into(), dimensions, meter)
+}
+
+pub(super) fn passage(turn: &PlannedTurn, dimensions: Dimensions, meter: &Meter) -> Result<Dragon, Infeasible> {
+    let turnaround = turn.turnaround();
     let from_m = turnaround.start_travel_m().min(0.0);
-    let planned_m = turnaround.end_travel_m();
-    let links_m: f64 = (0..dimensions.benches()).map(|bench| dimensions.link_m(bench)).sum();
+    let (planned_m, turn_m, links_m) = (turnaround.end_travel_m(), turnaround.turn_length_m(), dimensions.links_m());
     // If the curvature is under 2 / link, it bounds the arc behind the head. Otherwise the length is doubled.
-    let mut to_m = turnaround.turn_length_m() + ARC_PER_CHORD * links_m;
+    let mut plan_m = turn_m + ARC_PER_CHORD * links_m;
     for _ in 0..MAX_DOUBLINGS {
-        let dragon = walked(turnaround, dimensions, meter, from_m, to_m)?;
+        let walked = turn.walked_in_plan(dimensions, meter, from_m, plan_m);
+        // The ground may end only after the last handle has left the S.
+        let gap = match walked {
+            Err(Infeasible::Dragon(DragonError::Ground(gap))) if gap.travel_m > turn_m => Some(gap),
+            _ => None,
+        };
+        let dragon = match gap {
+            Some(gap) => turn.walked(dimensions, meter, from_m, gap.travel_m - BEFORE_GAP_M)?,
+            None => walked?,
+        };
         Infeasible::check(&dragon)?;
-        if tail(&dragon, to_m).1 >= turnaround.turn_length_m() {
-            let left_m = tail_leaves(&dragon, turnaround.turn_length_m(), turnaround.turn_length_m() + links_m, to_m);
-            let dragon = walked(turnaround, dimensions, meter, from_m, left_m.max(planned_m))?;
+        let (exit_m, to_m) = (dragon.route().in_space(turn_m), dragon.end_travel_m());
+        if tail(&dragon, to_m).1 >= exit_m {
+            let left_m = tail_leaves(&dragon, exit_m, (exit_m + links_m).min(to_m), to_m);
+            let dragon = turn.walked(dimensions, meter, from_m, left_m.max(planned_m))?;
             return Infeasible::check(&dragon).map(|()| dragon);
         }
+        if let Some(gap) = gap {
+            return Err(Infeasible::Dragon(DragonError::Ground(gap)));
+        }
         meter.check(from_m)?;
-        to_m *= 2.0;
+        plan_m *= 2.0;
     }
     // On the way out the spiral straightens, and the tail follows. Only a coil wound far tighter than the links needs more.
     Err(Infeasible::TooMuchWork(meter.spent(from_m)))
-}
-
-fn walked(
-    turnaround: Turnaround,
-    dimensions: Dimensions,
-    meter: &Meter,
-    from_m: f64,
-    to_m: f64,
-) -> Result<Dragon, Infeasible> {
-    let turnaround = turnaround.between(from_m, to_m).expect("both travels are finite, and a dragon has a length");
-    Dragon::with_meter(dimensions, Arc::new(turnaround.route()), meter.clone()).map_err(Infeasible::from)
 }
 
 /// The tail's rear handle, and its travel.

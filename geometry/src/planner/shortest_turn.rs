@@ -21,6 +21,8 @@
 //! contacts, from the entry until the head has walked once round on the way out. If that is not enough, the last search checks
 //! the whole passage. Every answer is verified on the whole passage.
 //!
+//! *Hills.* On hills each trial walks along the ground. The shortest S is that in the plan.
+//!
 //! *Guarantee.* The answer is clear on the whole passage. That no shorter S is clear depends on the density of the samples:
 //! clear radii or ratios between two samples with the same obstacle are missed. If the set of clear turns ends in a tip between
 //! two obstacles, as on the paper's turnaround, the tip is found exactly.
@@ -29,6 +31,7 @@ use super::cores::on_all_cores;
 use super::least_clearance::ClosestApproach;
 use super::obstacle::{Extent, Obstacle, TurnCheck};
 use super::passage::{Staging, TurnPassage, walk_through};
+use super::planned_turn::PlannedTurn;
 use super::slow_ratio::{Guide, is_valley};
 use crate::dragon::{Dimensions, FeasibleEnd, Meter, Spent};
 use crate::numerics::try_turning_point;
@@ -98,17 +101,19 @@ pub struct ShortestTurn {
 /// # Errors
 /// The meter is spent before the answer is found.
 pub fn shortest_turn(
-    turnaround: Turnaround,
+    planned: impl Into<PlannedTurn>,
     dimensions: Dimensions,
     staging: Staging,
     meter: &Meter,
     progress: impl Fn(f64) + Sync,
 ) -> Result<Option<ShortestTurn>, Spent> {
+    let planned = planned.into();
     let mut tried = Vec::new();
     // A radius at which the links alone do not pass is not clear for the wider checks either.
     let mut from_m = 0.0;
     for extent in Extent::ALL {
-        let search = Search { check: TurnCheck { turnaround, dimensions, staging, extent, line_m: 0.0 }, meter };
+        let planned = planned.clone();
+        let search = Search { check: TurnCheck { planned, dimensions, staging, extent, line_m: 0.0 }, meter };
         let Some(tightest) = search.tightest(from_m, &progress)? else { break };
         from_m = tightest.0;
         // If the whole passage has another obstacle, the search repeats with a wider check.
@@ -174,7 +179,7 @@ pub(super) struct Search<'a> {
 impl Search<'_> {
     /// The tightest turn that begins at least `from_m` from the centre.
     fn tightest(&self, from_m: f64, progress: &(impl Fn(f64) + Sync)) -> Result<Option<Tightest>, Spent> {
-        let largest_m = 0.5 * self.check.turnaround.turn_diameter_m();
+        let largest_m = 0.5 * self.check.planned.turnaround().turn_diameter_m();
         let step_m = largest_m / RADII as f64;
         let ratios = all_ratios();
         let mut found = None;
@@ -247,7 +252,13 @@ impl Search<'_> {
         let radius_m = least_m + margin_m;
         let radius_ratio = self.middle_ratio(radius_m, ratio)?;
         let turnaround = self.check.turn(radius_m, radius_ratio);
-        match walk_through(turnaround, self.check.dimensions, self.check.staging, self.meter, |_| ()) {
+        match walk_through(
+            self.check.planned.with(turnaround),
+            self.check.dimensions,
+            self.check.staging,
+            self.meter,
+            |_| (),
+        ) {
             TurnPassage::Clear { closest } => Ok(Some(ShortestTurn { turnaround, radius_ratio, closest, limits })),
             TurnPassage::TooMuchWork(spent) => Err(spent),
             _ => Ok(None),
@@ -291,7 +302,7 @@ impl Search<'_> {
     }
 
     fn spent(&self) -> Spent {
-        self.meter.spent(self.check.turnaround.start_travel_m())
+        self.meter.spent(self.check.planned.turnaround().start_travel_m())
     }
 
     /// A clear ratio between two ratios with different obstacles. `excess` is the remaining bracket of the radius, relative to

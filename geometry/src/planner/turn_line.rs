@@ -16,10 +16,10 @@
 
 use super::obstacle::{Extent, TurnCheck};
 use super::passage::Staging;
+use super::planned_turn::PlannedTurn;
 use super::shortest_turn::{LEAST_MARGIN_M, Search, ShortestTurn, Tightest, all_ratios, beside_any, ratios_around};
 use crate::dragon::{Dimensions, Meter, Spent};
 use crate::numerics::turning_point;
-use crate::route::Turnaround;
 
 /// Number of lines tried first.
 const COARSE_LINES: u32 = 16;
@@ -51,18 +51,19 @@ const FIRST_STEP: f64 = 1.0 / 256.0;
 /// # Errors
 /// The meter is spent before the answer is found.
 pub fn shortest_turn_with_line(
-    turnaround: Turnaround,
+    planned: impl Into<PlannedTurn>,
     dimensions: Dimensions,
     staging: Staging,
     arcs: Option<&ShortestTurn>,
     meter: &Meter,
     progress: impl Fn(f64) + Sync,
 ) -> Result<Option<ShortestTurn>, Spent> {
+    let planned = planned.into();
     let mut tried = Vec::new();
     let shorter =
         |turn: &ShortestTurn| arcs.is_none_or(|arcs| turn.turnaround.turn_length_m() < arcs.turnaround.turn_length_m());
     for extent in Extent::ALL {
-        let lines = Lines::new(turnaround, dimensions, staging, extent, meter);
+        let lines = Lines::new(&planned, dimensions, staging, extent, meter);
         let Some((search, tightest)) = lines.shortest(arcs, &progress)? else { break };
         if let Some(found) = search.beside(&tightest, LEAST_MARGIN_M)?.filter(shorter) {
             return Ok(Some(found));
@@ -85,7 +86,7 @@ struct Lined {
 }
 
 struct Lines<'a> {
-    turnaround: Turnaround,
+    planned: PlannedTurn,
     dimensions: Dimensions,
     staging: Staging,
     extent: Extent,
@@ -96,11 +97,11 @@ struct Lines<'a> {
 }
 
 impl<'a> Lines<'a> {
-    fn new(turnaround: Turnaround, dimensions: Dimensions, staging: Staging, extent: Extent, meter: &'a Meter) -> Self {
+    fn new(planned: &PlannedTurn, dimensions: Dimensions, staging: Staging, extent: Extent, meter: &'a Meter) -> Self {
         let link_m = dimensions.link_m(0).max(dimensions.link_m(dimensions.benches() - 1));
         let units_per_m = 10_f64.powi((UNITS_PER_LINK / link_m).log10().ceil() as i32);
         let coarse = (link_m * units_per_m / f64::from(COARSE_PER_LINK)).round() as u32;
-        Self { turnaround, dimensions, staging, extent, meter, units_per_m, coarse }
+        Self { planned: planned.clone(), dimensions, staging, extent, meter, units_per_m, coarse }
     }
 
     /// The shortest S with a line, with its search; `None` if none is shorter than `arcs`.
@@ -136,9 +137,9 @@ impl<'a> Lines<'a> {
     }
 
     fn search(&self, units: u32) -> Search<'a> {
-        let &Self { turnaround, dimensions, staging, extent, meter, .. } = self;
+        let &Self { dimensions, staging, extent, meter, .. } = self;
         let line_m = f64::from(units) / self.units_per_m;
-        Search { check: TurnCheck { turnaround, dimensions, staging, extent, line_m }, meter }
+        Search { check: TurnCheck { planned: self.planned.clone(), dimensions, staging, extent, line_m }, meter }
     }
 
     /// The shortest S with a line of this length; `None` if it is not shorter than the length of `ahead`. `ahead` also has the
@@ -147,7 +148,7 @@ impl<'a> Lines<'a> {
         let search = self.search(units);
         let line_m = search.check.line_m;
         let length_m = |radius_m| search.check.turn(radius_m, 1.0).turn_length_m();
-        let largest_m = 0.5 * self.turnaround.turn_diameter_m();
+        let largest_m = 0.5 * self.planned.turnaround().turn_diameter_m();
         // A line needs a longer diameter. At the least one, the arcs have a radius of 0.
         let least_m = 0.5 * line_m * (1.0 + GAIN);
         if units == 0 || least_m >= largest_m {

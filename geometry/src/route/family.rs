@@ -108,15 +108,6 @@ impl RouteFamily {
         if let Shape::Spiral { centre } = self.shape { Some(centre) } else { None }
     }
 
-    /// Whether the route is walked to the same travel whatever its measures are: a path, and on ground a turnaround as planned.
-    pub(crate) fn ends_at_fixed_travel(&self) -> bool {
-        match self.shape {
-            Shape::Path => true,
-            Shape::Turnaround(_) => self.ground.is_some(),
-            Shape::Spiral { .. } => false,
-        }
-    }
-
     /// Change of the route near a parameter with a measure, at fixed travel; with `None` it stays as it is.
     pub fn variation(&self, parameter: f64, measure: Option<RouteMeasure>) -> RouteVariation {
         let plan = self.plan_variation(parameter, measure);
@@ -166,8 +157,8 @@ impl RouteFamily {
         lifted.arc_variation(self, ground, parameter)
     }
 
-    /// Whether the curve of the plan has no measures.
-    pub(super) fn is_fixed(&self) -> bool {
+    /// Whether the curve of the plan has no measures, so that the route ends at a fixed travel.
+    pub(crate) fn is_fixed(&self) -> bool {
         matches!(self.shape, Shape::Path)
     }
 }

@@ -134,6 +134,11 @@ impl Turnaround {
         Self { placement, ..self }
     }
 
+    /// Where the turnaround lies.
+    pub fn placement(&self) -> Placement {
+        self.placement
+    }
+
     /// Centre of the turning circle.
     pub fn centre(&self) -> DVec2 {
         self.placement.position

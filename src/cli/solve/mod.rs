@@ -213,14 +213,6 @@ fn load_plan_document(args: &ConfigArgs, work: WorkArgs) -> anyhow::Result<Confi
     })
 }
 
-/// Fails for a configuration with ground, for a question that is answered without it only.
-fn require_no_ground(config: &Config, question: &str) -> Result<(), BadInput> {
-    if config.route().ground.is_none() {
-        return Ok(());
-    }
-    Err(BadInput(format!("[ground] is present, must be absent for {question}")))
-}
-
 /// Fails for a plan with cues, which the question does not take into account.
 fn require_no_cues(cues: &[Cue], question: &str) -> Result<(), BadInput> {
     if cues.is_empty() {

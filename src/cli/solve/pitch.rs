@@ -1,13 +1,13 @@
 //! `solve pitch`: finds the smallest pitch of a spiral on which the head reaches a circle without a contact.
 
 use bench_dragon_geometry::number::{Fixed, Place};
-use bench_dragon_geometry::planner::{PitchError, PitchLimit, SmallestPitch, guaranteed_pitch, smallest_pitch};
+use bench_dragon_geometry::planner::{PitchError, PitchLimit, SmallestPitch, guaranteed_pitch, smallest_pitch_on};
 use bench_dragon_geometry::route::{RouteShape, SpiralSpec};
 use clap::Args;
 use serde::Serialize;
 
 use super::figure::{pair, plan_of};
-use super::{AnswerArgs, CLEARANCE_M, load_plan, require_no_ground, save_config};
+use super::{AnswerArgs, CLEARANCE_M, load_plan, save_config};
 use crate::cli::flags::{BadInput, ConfigArgs, finite, within};
 use crate::cli::in_file;
 use crate::cli::print::print_report;
@@ -55,7 +55,6 @@ struct Limit {
 pub(super) fn run(args: &PitchArgs) -> anyhow::Result<()> {
     let config = load_plan(&args.config, args.answer.work)?;
     args.answer.keep_files_apart(config.document())?;
-    in_file(&args.config, require_no_ground(&config, "solve pitch"))?;
     let Some(SpiralSpec { start_turns, .. }) = config.route().spiral() else {
         let error = BadInput(format!(
             "[route] kind is \"{}\", must be \"spiral\" or \"turnaround\" for a question about the pitch: a path has none",
@@ -65,8 +64,10 @@ pub(super) fn run(args: &PitchArgs) -> anyhow::Result<()> {
     };
     let turn_diameter_m = args.turn_diameter.unwrap_or(config.route().turn_diameter_m());
     let (dimensions, clearance_m) = (config.lead().dimensions(), args.clearance.unwrap_or(0.0));
-    let (rigid, meter) = (dimensions.without_play(), args.answer.work.meter());
-    let found = smallest_pitch(&rigid, start_turns, turn_diameter_m, clearance_m, &meter);
+    let (rigid, plan) = (dimensions.without_play(), config.document().route_on_map());
+    // On hills each pitch that is tried is searched.
+    let meter = if plan.ground.is_some() { args.answer.work.long_meter() } else { args.answer.work.meter() };
+    let found = smallest_pitch_on(&plan, &rigid, start_turns, turn_diameter_m, clearance_m, &meter);
     let found = match found {
         Err(error @ (PitchError::Route(_) | PitchError::TurnDiameter { .. })) => {
             return Err(BadInput(error.to_string()).into());
@@ -75,7 +76,7 @@ pub(super) fn run(args: &PitchArgs) -> anyhow::Result<()> {
     };
     let guaranteed = found.as_ref().ok().filter(|_| dimensions.play_m() > 0.0).map(|nominal| {
         let meter = args.answer.work.long_meter();
-        let found = guaranteed_pitch(dimensions, start_turns, turn_diameter_m, clearance_m, nominal, &meter);
+        let found = guaranteed_pitch(&plan, dimensions, start_turns, turn_diameter_m, clearance_m, nominal, &meter);
         found.map_err(|error| error.to_string())
     });
     let (answer, text) = answer(&found, guaranteed.as_ref(), turn_diameter_m, &config, args.clearance);
@@ -89,9 +90,9 @@ pub(super) fn run(args: &PitchArgs) -> anyhow::Result<()> {
     };
     match &found {
         Ok(smallest) => {
-            let plan = SpiralSpec { pitch_m: smallest.pitch_m, start_turns };
-            let tightest = config.with_shape(&RouteShape::Spiral(plan))?;
-            let end_m = plan.to_circle(turn_diameter_m)?.end_travel_m();
+            let spiral = SpiralSpec { pitch_m: smallest.pitch_m, start_turns };
+            let tightest = config.with_shape(&RouteShape::Spiral(spiral))?;
+            let end_m = tightest.lead().route().in_space(spiral.to_circle(turn_diameter_m)?.end_travel_m());
             draw(args, &tightest, turn_diameter_m, end_m, smallest)?;
             save_config(&args.answer, Ok(&tightest))
         }

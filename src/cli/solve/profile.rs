@@ -16,7 +16,7 @@ use serde::Serialize;
 
 use super::figure::even_travels;
 use super::turn::{TurnPlanArgs, asks_for_turn, planned_turn};
-use super::{AnswerArgs, interrupt, load_any_plan, require_no_ground, save_config};
+use super::{AnswerArgs, interrupt, load_any_plan, save_config};
 use crate::cli::flags::{BadInput, ConfigArgs, within};
 use crate::cli::in_file;
 use crate::cli::print::print_report;
@@ -130,8 +130,9 @@ fn planned(args: &ProfileArgs) -> anyhow::Result<(Config, Result<PlannedRun, Inf
     let (plan, meter) = (&args.plan, args.answer.work.long_meter());
     let file = ConfigArgs { config: plan.config.clone() };
     let Some(path) = plan.config.as_ref().filter(|_| !asks_for_turn(plan)) else {
-        let (config, _, turnaround) = planned_turn(plan, args.answer.work)?;
-        let passage = passage_through(turnaround, *config.lead().dimensions(), &meter);
+        let (config, _, turn) = planned_turn(plan, args.answer.work)?;
+        in_file(&file, require_level_ground(&config))?;
+        let passage = passage_through(turn, *config.lead().dimensions(), &meter);
         return Ok((config, passage.map(|dragon| PlannedRun { dragon: Arc::new(dragon), cues: Vec::new() })));
     };
     let config = match load_any_plan(&file, args.answer.work)? {
@@ -142,12 +143,20 @@ fn planned(args: &ProfileArgs) -> anyhow::Result<(Config, Result<PlannedRun, Inf
             return Err(error).with_context(|| path.display().to_string());
         }
     };
-    in_file(&file, require_no_ground(&config, "solve profile"))?;
+    in_file(&file, require_level_ground(&config))?;
     in_file(&file, require_waits(config.cues()))?;
     let timetable = config.timetable();
     let cues = config.cues().iter().map(|cue| (timetable.travel_m(cue.at_s), cue.clone())).collect();
     let dragon = Arc::new(config.lead().metered(&meter));
     Ok((config, Ok(PlannedRun { dragon, cues })))
+}
+
+/// Fails for ground that is not flat: links turn in space there.
+fn require_level_ground(config: &Config) -> Result<(), BadInput> {
+    if config.route().ground.is_none() {
+        return Ok(());
+    }
+    Err(BadInput("[ground] is present, must be absent for solve profile".to_owned()))
 }
 
 /// Fails for a cue at which the dragon is to stand for a planned time: the answer has other times.

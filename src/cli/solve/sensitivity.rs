@@ -101,7 +101,7 @@ fn sensitivity(config: &Config, args: &SensitivityArgs) -> Result<Sensitivity, B
     let planned_diameter_m = config.route().turn_diameter_m();
     let setting = Setting {
         dimensions: *config.lead().dimensions(),
-        route: config.route().clone(),
+        route: config.document().route_on_map(),
         speed_mps: config.tables().head.speed_mps,
         accel_mps2: config.tables().head.accel_mps2,
     };

@@ -3,7 +3,9 @@
 use anyhow::{Context as _, bail};
 use bench_dragon_geometry::dragon::Dimensions;
 use bench_dragon_geometry::number::{Fixed, Number};
-use bench_dragon_geometry::planner::{ShortestTurn, Staging, TurnPassage, shortest_turn, shortest_turn_with_line};
+use bench_dragon_geometry::planner::{
+    PlannedTurn, ShortestTurn, Staging, TurnPassage, shortest_turn, shortest_turn_with_line,
+};
 use bench_dragon_geometry::route::{Turnaround, TurnaroundSpec};
 use serde::Serialize;
 
@@ -57,7 +59,7 @@ const WIDENING_PER_PLAY: f64 = 1.0;
 /// within the clearance: the boards without play must be further and further apart.
 pub(super) fn find_shortest_for_play(
     args: &TurnArgs,
-    planned: &Turnaround,
+    planned: &PlannedTurn,
     dimensions: Dimensions,
     staging: Staging,
     plan: TurnaroundSpec,
@@ -69,9 +71,16 @@ pub(super) fn find_shortest_for_play(
             return Ok(found);
         }
         let TurnaroundSpec { pitch_m, turn_diameter_m, radius_ratio, line_m } = found.0;
+        let of_plan = planned.turnaround();
         let turnaround = Turnaround::with_line(pitch_m, turn_diameter_m, radius_ratio, line_m)?
-            .between(planned.start_travel_m(), planned.end_travel_m())?;
-        let end = earliest_on_passage(turnaround, dimensions, staging.clearance_m, &args.answer.work.long_meter())?;
+            .placed(of_plan.placement())
+            .between(of_plan.start_travel_m(), of_plan.end_travel_m())?;
+        let end = earliest_on_passage(
+            planned.with(turnaround),
+            dimensions,
+            staging.clearance_m,
+            &args.answer.work.long_meter(),
+        )?;
         if end.is_none() {
             return Ok(found);
         }
@@ -83,18 +92,20 @@ pub(super) fn find_shortest_for_play(
 /// Finds the shortest S inside the planned circle. Returns its plan, its passage and its part of the answer.
 fn find_shortest(
     args: &TurnArgs,
-    planned: &Turnaround,
+    planned: &PlannedTurn,
     dimensions: Dimensions,
     staging: Staging,
     plan: TurnaroundSpec,
 ) -> anyhow::Result<(TurnaroundSpec, TurnPassage, Shortest)> {
     let found = Progress::new("shortest turn", 1.0);
-    let arcs = shortest_turn(*planned, dimensions, staging, &args.answer.work.long_meter(), |share| found.add(share));
+    let arcs =
+        shortest_turn(planned.clone(), dimensions, staging, &args.answer.work.long_meter(), |share| found.add(share));
     drop(found);
     let arcs = arcs.with_context(unknown)?;
     let found = Progress::new("with a line", 1.0);
     let meter = args.answer.work.long_meter();
-    let lined = shortest_turn_with_line(*planned, dimensions, staging, arcs.as_ref(), &meter, |share| found.add(share));
+    let lined =
+        shortest_turn_with_line(planned.clone(), dimensions, staging, arcs.as_ref(), &meter, |share| found.add(share));
     drop(found);
     if let (None, Err(spent)) = (&arcs, &lined) {
         return Err(*spent).with_context(unknown);
@@ -118,7 +129,7 @@ fn find_shortest(
     let shortest = Shortest {
         entry_radius_m: 0.5 * turn_diameter_m,
         radius_ratio,
-        saving_m: planned.turn_length_m() - turnaround.turn_length_m(),
+        saving_m: planned.turnaround().turn_length_m() - turnaround.turn_length_m(),
         limits: limits.map(|limit| limit.map(|obstacle| obstacle.to_string())),
         arcs: of_arcs,
         with_line,

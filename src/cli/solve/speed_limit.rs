@@ -81,21 +81,20 @@ pub(super) fn run(args: &SpeedLimitArgs) -> anyhow::Result<()> {
     }
 }
 
-/// Returns the configuration, and its dragon on the whole passage through a turn, or on the planned run of another route or on ground.
+/// Returns the configuration, and its dragon on the whole passage through a turn, or on the planned run of another route.
 fn passage(
     args: &SpeedLimitArgs,
     planned: Option<Config>,
 ) -> anyhow::Result<(Config, Result<Arc<Dragon>, Infeasible>)> {
     let plan = &args.plan;
     if let Some(config) = planned {
-        // On ground the planned run is the passage: a turn is planned for level ground.
-        if config.route().as_turnaround().is_none() || config.route().ground.is_some() {
+        if config.route().as_turnaround().is_none() {
             let dragon = Arc::new(config.lead().metered(&args.answer.work.meter()));
             return Ok((config, Ok(dragon)));
         }
     }
-    let (config, _, turnaround) = planned_turn(plan, args.answer.work)?;
-    let passage = passage_through(turnaround, *config.lead().dimensions(), &args.answer.work.meter());
+    let (config, _, turn) = planned_turn(plan, args.answer.work)?;
+    let passage = passage_through(turn, *config.lead().dimensions(), &args.answer.work.meter());
     Ok((config, passage.map(Arc::new)))
 }
 
@@ -125,10 +124,9 @@ fn answer(largest: &Result<LargestRatio, Infeasible>, limit_mps: f64, config: &C
             (answer, format!("{reason}{}", interrupt::allows_more()))
         }
         Err(reason) => {
-            let is_on_ground = config.route().ground.is_some();
             let of_what = match config.route().shape {
-                RouteShape::Turnaround(_) if !is_on_ground => "on the passage through the turn",
-                RouteShape::Spiral(_) if !is_on_ground => {
+                RouteShape::Turnaround(_) => "on the passage through the turn",
+                RouteShape::Spiral(_) => {
                     "on all of the planned run (--turn-diameter computes a passage through a turn instead)"
                 }
                 _ => "on all of the planned run",

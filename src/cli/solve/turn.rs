@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use anyhow::{Context as _, bail};
 use bench_dragon_geometry::number::{Fixed, Place};
 use bench_dragon_geometry::planner::{
-    ClosestApproach, LargestRatio, Staging, TurnPassage, largest_speed_ratio, passage_through, walk_through,
+    ClosestApproach, LargestRatio, PlannedTurn, Staging, TurnPassage, largest_speed_ratio, passage_through,
+    walk_through,
 };
 use bench_dragon_geometry::route::{CircularArc, RouteShape, Turnaround, TurnaroundSpec};
 use clap::{Args, ValueHint};
@@ -15,9 +16,7 @@ use serde::Serialize;
 use super::figure::{on_turn, pair, plan_of};
 use super::shortest_turn::{Shortest, find_shortest_for_play};
 use super::turn_play::{TurnPlay, earliest_on_passage};
-use super::{
-    AnswerArgs, CLEARANCE_M, SPEED_RATIO, TooFast, WorkArgs, interrupt, load_plan, require_no_ground, save_config,
-};
+use super::{AnswerArgs, CLEARANCE_M, SPEED_RATIO, TooFast, WorkArgs, interrupt, load_plan, save_config};
 use crate::cli::flags::{BadInput, ConfigArgs, finite, within};
 use crate::cli::in_file;
 use crate::cli::print::{Progress, complain, print_report};
@@ -76,6 +75,8 @@ pub(crate) struct TurnPlanArgs {
 struct TurnAnswer {
     radii_m: [f64; 2],
     length_m: f64,
+    /// Length of the S along the ground; `None` on level ground.
+    length_on_ground_m: Option<f64>,
     /// Length of the line between the arcs.
     line_m: f64,
     centres_m: [[f64; 2]; 2],
@@ -140,20 +141,21 @@ pub(super) fn run(args: &TurnArgs) -> anyhow::Result<()> {
         speed_ratio: max_ratio.unwrap_or(Staging::LIMITLESS.speed_ratio),
     };
     let rigid = dimensions.without_play();
-    let (config, turnaround, passage, shortest) = if args.shortest {
+    let (config, turn, passage, shortest) = if args.shortest {
         let (plan, passage, shortest) = find_shortest_for_play(args, &planned, dimensions, staging, plan)?;
-        let (config, turnaround) = with_turnaround(&config, plan)?;
-        (config, turnaround, passage, Some(shortest))
+        let (config, turn) = with_turnaround(&config, plan)?;
+        (config, turn, passage, Some(shortest))
     } else {
         let progress = Progress::new("passage", 1.0);
-        let passage = walk_through(planned, rigid, staging, &args.answer.work.meter(), |share| progress.add(share));
+        let meter = args.answer.work.meter();
+        let passage = walk_through(planned.clone(), rigid, staging, &meter, |share| progress.add(share));
         (config, planned, passage, None)
     };
     let play = (dimensions.play_m() > 0.0).then(|| {
-        let end = earliest_on_passage(turnaround, dimensions, staging.clearance_m, &args.answer.work.meter());
+        let end = earliest_on_passage(turn.clone(), dimensions, staging.clearance_m, &args.answer.work.meter());
         TurnPlay::of(end, |travel_m| time_s(&config, travel_m))
     });
-    let largest_ratio = passage_through(turnaround, rigid, &args.answer.work.meter())
+    let largest_ratio = passage_through(turn.clone(), rigid, &args.answer.work.meter())
         .and_then(|dragon| largest_speed_ratio(&dragon))
         .ok()
         .map(|largest| largest.ratio);
@@ -163,16 +165,16 @@ pub(super) fn run(args: &TurnArgs) -> anyhow::Result<()> {
         max_ratio,
         shortest,
         play,
-        ..TurnAnswer::of(&turnaround, &passage, &config)
+        ..TurnAnswer::of(turn.turnaround(), &passage, &config)
     };
     print_report(args.answer.format.format, &answer, answer.text())?;
-    draw(args, &config, &turnaround, &passage)?;
+    draw(args, &config, &turn, &passage)?;
     let reason = answer.infeasible.clone().or(answer.undecided.clone()).or_else(|| answer.broken_limit());
     save_config(&args.answer, reason.as_deref().map_or(Ok(&config), Err))
 }
 
 /// Draws the dragon at its least clearance, or at its contact.
-fn draw(args: &TurnArgs, config: &Config, turnaround: &Turnaround, passage: &TurnPassage) -> anyhow::Result<()> {
+fn draw(args: &TurnArgs, config: &Config, turn: &PlannedTurn, passage: &TurnPassage) -> anyhow::Result<()> {
     if !args.answer.figure.is_asked() {
         return Ok(());
     }
@@ -182,16 +184,16 @@ fn draw(args: &TurnArgs, config: &Config, turnaround: &Turnaround, passage: &Tur
         TurnPassage::Clear { closest: Some(closest) } => {
             ("nearest to itself", closest.travel_m, Some(closest.pair.benches))
         }
-        TurnPassage::Clear { closest: None } => ("on its way out", turnaround.turn_length_m(), None),
+        TurnPassage::Clear { closest: None } => ("on its way out", turn.turnaround().turn_length_m(), None),
         TurnPassage::Contact(contact) => (meeting, contact.travel_m, Some(contact.benches)),
         TurnPassage::TooFast(largest) => ("at its fastest", largest.travel_m, None),
         TurnPassage::TooMuchWork(spent) => bail!("--figure has nothing to show: {spent}"),
         TurnPassage::Infeasible(infeasible) => return args.answer.figure.refuse(&infeasible.to_string()),
     };
-    let dragon = passage_through(*turnaround, *config.lead().dimensions(), &args.answer.work.meter())?;
+    let dragon = passage_through(turn.clone(), *config.lead().dimensions(), &args.answer.work.meter())?;
     let title = format!("The dragon {what}, at {} s", Fixed::<6>(time_s(config, travel_m)));
     let plan = plan_of(config, &dragon, args.answer.figure.caption(config, title), travel_m);
-    let view = PlanView { pair: pair(&dragon, travel_m, benches), ..on_turn(plan, turnaround) };
+    let view = PlanView { pair: pair(&dragon, travel_m, benches), ..on_turn(plan, turn.turnaround()) };
     args.answer.figure.save_and_tell(view.draw(), args.answer.format.format)
 }
 
@@ -201,7 +203,7 @@ fn time_s(config: &Config, travel_m: f64) -> f64 {
 
 impl TurnAnswer {
     fn of(turnaround: &Turnaround, passage: &TurnPassage, config: &Config) -> Self {
-        let arcs = turnaround.arcs();
+        let (arcs, route) = (turnaround.arcs(), config.lead().route());
         let touch = |travel_m, benches, point: DVec2| Touch {
             time_s: time_s(config, travel_m),
             benches,
@@ -210,6 +212,7 @@ impl TurnAnswer {
         let mut answer = Self {
             radii_m: arcs.map(|arc| arc.radius_m()),
             length_m: turnaround.turn_length_m(),
+            length_on_ground_m: route.is_on_ground().then(|| route.in_space(turnaround.turn_length_m())),
             line_m: turnaround.line_m(),
             centres_m: arcs.map(|arc| arc.centre().to_array()),
             entry_m: turnaround.entry().to_array(),
@@ -274,7 +277,8 @@ impl TurnAnswer {
         if self.line_m > 0.0 {
             line("line", format!("{:.6} m between the arcs", self.line_m));
         }
-        line("length", format!("{:.6} m", self.length_m));
+        let on_ground = self.length_on_ground_m.map(|length_m| format!(" in the plan, {length_m:.6} m on the ground"));
+        line("length", format!("{:.6} m{}", self.length_m, on_ground.unwrap_or_default()));
         if let Some(Nearness { clearance_m, at }) = &self.least_clearance {
             line("least clearance", format!("{} m {}", Fixed::<6>(*clearance_m), place(at)));
         }
@@ -307,22 +311,22 @@ pub(super) fn asks_for_turn(args: &TurnPlanArgs) -> bool {
     args.pitch.or(args.turn_diameter).or(args.radius_ratio).or(args.turn_line).is_some()
 }
 
-/// Returns the configuration with this turnaround, and the turnaround.
-fn with_turnaround(config: &Config, plan: TurnaroundSpec) -> anyhow::Result<(Config, Turnaround)> {
+/// Returns the configuration with this turnaround, and the turn.
+fn with_turnaround(config: &Config, plan: TurnaroundSpec) -> anyhow::Result<(Config, PlannedTurn)> {
     let config = config.with_shape(&RouteShape::Turnaround(plan))?;
-    let turnaround = config.route().planned_turnaround(config.tables().head.speed_mps)?;
-    Ok((config, turnaround.expect("the route is a turnaround")))
+    let route = config.document().route_on_map();
+    let turnaround = route.planned_turnaround(config.tables().head.speed_mps)?;
+    Ok((config, PlannedTurn::on(turnaround.expect("the route is a turnaround"), route.ground)))
 }
 
-/// Returns the configuration and its turnaround, after the flags have overridden it. Without a file it is the paper's
+/// Returns the configuration and its turn, after the flags have overridden it. Without a file it is the paper's
 /// turnaround. With flags for a turn, a file with a spiral gives the turn its pitch.
 pub(super) fn planned_turn(
     args: &TurnPlanArgs,
     work: WorkArgs,
-) -> anyhow::Result<(Config, TurnaroundSpec, Turnaround)> {
+) -> anyhow::Result<(Config, TurnaroundSpec, PlannedTurn)> {
     let file = ConfigArgs { config: args.config.clone() };
     let config = load_plan(&file, work)?;
-    in_file(&file, require_no_ground(&config, "a question about a turn"))?;
     let plan = match (config.route().as_turnaround(), &args.config) {
         (Some(plan), _) => plan,
         (None, Some(path)) if config.route().as_path().is_some() => {
@@ -352,8 +356,8 @@ pub(super) fn planned_turn(
         radius_ratio: args.radius_ratio.unwrap_or(plan.radius_ratio),
         line_m: args.turn_line.unwrap_or(plan.line_m),
     };
-    let (config, turnaround) = with_turnaround(&config, plan)?;
-    Ok((config, plan, turnaround))
+    let (config, turn) = with_turnaround(&config, plan)?;
+    Ok((config, plan, turn))
 }
 
 /// Show time, in seconds, at which a head of this planned speed reaches a travel of a passage. A passage may extend beyond the

@@ -3,8 +3,7 @@
 use bench_dragon_geometry::clearance::{PlayEnd, first_possible_touch};
 use bench_dragon_geometry::dragon::{Dimensions, Meter};
 use bench_dragon_geometry::number::Fixed;
-use bench_dragon_geometry::planner::{Infeasible, passage_through};
-use bench_dragon_geometry::route::Turnaround;
+use bench_dragon_geometry::planner::{Infeasible, PlannedTurn, passage_through};
 use serde::Serialize;
 
 /// The poses that the play of the hinges allows, on the whole passage.
@@ -46,12 +45,12 @@ impl TurnPlay {
 
 /// Where a pose that the play of the hinges allows may first come within a clearance on the whole passage; `None` if none does.
 pub(super) fn earliest_on_passage(
-    turnaround: Turnaround,
+    turn: PlannedTurn,
     dimensions: Dimensions,
     clearance_m: f64,
     meter: &Meter,
 ) -> Result<Option<PlayEnd>, Infeasible> {
-    let dragon = passage_through(turnaround, dimensions, meter)?;
+    let dragon = passage_through(turn, dimensions, meter)?;
     let (from_m, to_m) = (dragon.start_travel_m(), dragon.end_travel_m());
     Ok(first_possible_touch(&dragon, clearance_m, from_m, to_m)?)
 }

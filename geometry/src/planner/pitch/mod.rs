@@ -13,6 +13,8 @@
 //! contact, this pitch is feasible and all below it are not. The search assumes nothing about the set of feasible pitches. It
 //! can miss only parts narrower than the tolerance, between the end of one witness and the beginning of the next.
 //!
+//! On hills the search of `hills` takes its place.
+//!
 //! The modules of the witnesses prove their steps. Both proofs use the following facts about a link of length d on spirals r =
 //! b·θ. Its front handle is at the radius r. Its rear handle is the first point behind it at the distance d, further out by the
 //! angle Δ:
@@ -27,6 +29,7 @@
 //! Take the head at a fixed radius, with each link behind the first one walking. As the pitch grows, all handles then move
 //! outward and towards the head's direction.
 
+mod hills;
 mod overlap;
 mod play;
 mod stop;
@@ -39,8 +42,9 @@ use thiserror::Error;
 use crate::clearance::{Contact, first_within};
 use crate::dragon::{Chain, Dimensions, Dragon, DragonError, Meter, Spent};
 use crate::number::Number;
-use crate::route::{Route, RouteError};
+use crate::route::{GroundGap, Route, RouteError};
 
+pub use hills::smallest_pitch_on;
 pub use play::guaranteed_pitch;
 
 use overlap::Overlap;
@@ -91,6 +95,14 @@ pub enum PitchError {
     NoPitch {
         /// Diameter of the circle, in metres.
         turn_diameter_m: f64,
+    },
+    /// The ground ends before a feasible pitch is found.
+    #[error("no pitch under {pitch_m:.6} m is feasible; at {pitch_m:.6} m {gap}")]
+    Ground {
+        /// The first pitch that leads beyond the ground.
+        pitch_m: f64,
+        /// Where the ground ends.
+        gap: GroundGap,
     },
     /// The number of searches exceeds its bound.
     #[error("no pitch up to {} m is feasible; {MAX_SEARCHES} searches did not decide wider pitches", Number(*pitch_m))]
@@ -166,6 +178,17 @@ pub fn smallest_pitch(
     clearance_m: f64,
     meter: &Meter,
 ) -> Result<SmallestPitch, PitchError> {
+    climb(&lead_in(dimensions, start_turns, turn_diameter_m, clearance_m, meter)?)
+}
+
+/// The lead-in of a question, whose circle must be one that a dragon can reach.
+fn lead_in<'a>(
+    dimensions: &'a Dimensions,
+    start_turns: f64,
+    turn_diameter_m: f64,
+    clearance_m: f64,
+    meter: &'a Meter,
+) -> Result<LeadIn<'a>, PitchError> {
     Route::spiral(MAX_PITCH_M, start_turns).map_err(PitchError::Route)?;
     let link_radius_m = LEAST_RADIUS_PER_LINK * dimensions.link_m(1);
     let smallest_m = LEAST_CIRCLE_PER_LINK * dimensions.link_m(0);
@@ -175,7 +198,7 @@ pub fn smallest_pitch(
     if !(turn_diameter_m > least_m && turn_diameter_m < 2.0 * start_turns * MAX_PITCH_M) {
         return Err(PitchError::TurnDiameter { turn_diameter_m, least_m, start_turns });
     }
-    climb(&LeadIn { dimensions, start_turns, circle_radius_m: 0.5 * turn_diameter_m, clearance_m, meter })
+    Ok(LeadIn { dimensions, start_turns, circle_radius_m: 0.5 * turn_diameter_m, clearance_m, meter })
 }
 
 fn climb(lead_in: &LeadIn<'_>) -> Result<SmallestPitch, PitchError> {

@@ -12,7 +12,7 @@ use super::{PitchError, SmallestPitch};
 use crate::clearance::{PlayEnd, first_leading_touch, first_possible_touch};
 use crate::dragon::{Dimensions, Dragon, DragonError, FeasibleEnd, Meter, Spent};
 use crate::numerics::try_turning_point;
-use crate::route::SpiralSpec;
+use crate::route::{RouteSpec, SpiralSpec};
 
 /// Tolerance of the answer, in metres. The bounds are resolved to a millimetre of travel.
 const TOLERANCE_M: f64 = 1e-5;
@@ -21,12 +21,13 @@ const STEP_PER_PLAY: f64 = 1.0;
 /// Greatest widening of the pitch, in metres.
 const MOST_M: f64 = 10.0;
 
-/// Finds a pitch, from the smallest one without play on, at which no pose that the play of the hinges allows comes within
-/// `clearance_m` before the head is on the circle. Without play it is the smallest one.
+/// Finds a pitch on the ground of a plan, from the smallest one without play on, at which no pose that the play of the hinges allows
+/// comes within `clearance_m` before the head is on the circle. Without play it is the smallest one.
 ///
 /// # Errors
-/// The meter is spent, or no pitch up to 10 m wider is proved to be without a contact.
+/// The meter is spent, no pitch up to 10 m wider is proved to be without a contact, or the ground ends.
 pub fn guaranteed_pitch(
+    plan: &RouteSpec,
     dimensions: &Dimensions,
     start_turns: f64,
     turn_diameter_m: f64,
@@ -37,7 +38,7 @@ pub fn guaranteed_pitch(
     if dimensions.play_m() == 0.0 {
         return Ok(nominal.pitch_m);
     }
-    let mut search = Widening { dimensions, start_turns, turn_diameter_m, clearance_m, meter, left_m: 0.0 };
+    let mut search = Widening { plan, dimensions, start_turns, turn_diameter_m, clearance_m, meter, left_m: 0.0 };
     let (mut low_m, mut step_m) = (nominal.pitch_m, STEP_PER_PLAY * dimensions.play_m());
     while !(search.may_be_clear(low_m + step_m)? && search.is_clear(low_m + step_m)?) {
         low_m += step_m;
@@ -58,6 +59,7 @@ pub fn guaranteed_pitch(
 
 /// A search of pitches for one that is wide enough.
 struct Widening<'a> {
+    plan: &'a RouteSpec,
     dimensions: &'a Dimensions,
     start_turns: f64,
     turn_diameter_m: f64,
@@ -94,9 +96,11 @@ impl Widening<'_> {
         search: impl Fn(&Dragon) -> Result<Option<PlayEnd>, Spent>,
     ) -> Result<Option<f64>, PitchError> {
         let spec = SpiralSpec { pitch_m, start_turns: self.start_turns };
-        let route = spec.to_circle(self.turn_diameter_m).map_err(PitchError::Route)?;
-        let dragon = match Dragon::with_meter(*self.dimensions, Arc::new(route), self.meter.clone()) {
+        let family = self.plan.lead_in(spec, self.turn_diameter_m, self.dimensions.links_m());
+        let family = family.map_err(|error| PitchError::on_route(pitch_m, error))?;
+        let dragon = match Dragon::with_meter(*self.dimensions, Arc::clone(family.route()), self.meter.clone()) {
             Ok(dragon) => dragon,
+            Err(DragonError::Ground(gap)) => return Err(PitchError::Ground { pitch_m, gap }),
             Err(DragonError::TooMuchWork(spent)) => return Err(PitchError::PlayUndecided { pitch_m, spent }),
             Err(_) => return Ok(Some(0.0)),
         };

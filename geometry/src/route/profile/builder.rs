@@ -2,7 +2,9 @@
 
 use std::ops::ControlFlow;
 
-use super::piece::{Interpolation, Piece, derivative_bounds, value_and_slope};
+use glam::DVec2;
+
+use super::piece::{Interpolation, ORDER, Piece, derivative_bounds, value_and_slope};
 use super::{End, FIT_M, Profile, ProfileEnd};
 use crate::ground::{Cell, Ground, MAX_SLOPE};
 use crate::numerics::turning_point;
@@ -10,9 +12,9 @@ use crate::route::Route;
 
 /// Longest part of the route that is fitted as a whole, in metres of the plan.
 const STRIDE_M: f64 = 4.0;
-/// Shortest piece, in metres of the plan. A shorter part belongs to the piece before, if that is on the same segment: the
-/// surface has bounded second derivatives, so its height is off by about 10⁻¹¹ m at most. The rounding of heights would give it
-/// no good slope.
+/// Shortest piece, in metres of the plan. A shorter part belongs to the piece before, or else to the one behind, if that is on the
+/// same segment: the surface has bounded second derivatives, so its height is off by about 10⁻¹¹ m at most. The rounding of heights
+/// would give it no good slope.
 const LEAST_M: f64 = 1e-5;
 /// The ends of a part at which its fit and its cell are checked, from −1 to 1: an end itself may belong to the next cell.
 const JUST_INSIDE: f64 = 1.0 - 1e-6;
@@ -20,6 +22,8 @@ const JUST_INSIDE: f64 = 1.0 - 1e-6;
 const STEEP: f64 = 1e-3;
 /// Share by which the steepest slope may be exceeded: rounding.
 const SLOPE_ROUNDING: f64 = 1e-9;
+/// Distance of t = 0 from a seam, in roundings of the plan, within which it is at the seam.
+const SEAM_ROUNDINGS: f64 = 16.0;
 /// Greatest number of pieces: some hundred megabytes.
 const MAX_PIECES: usize = 1_000_000;
 
@@ -34,7 +38,7 @@ pub(in crate::route) struct Walk {
 
 /// The profile of a route in the plan; `None` if it has too many pieces. An end at t = 0 means that there is no profile.
 pub(in crate::route) fn build(route: &Route, ground: &Ground, walk: Walk) -> Option<Result<Profile, ProfileEnd>> {
-    let begin = route.plan_parameter(0.0);
+    let begin = at_seam(route, route.plan_parameter(0.0));
     let [forward, backward] = [true, false].map(|is_forward| {
         let mut fitter = Fitter::new(route, ground, begin, is_forward);
         fitter.walk(if is_forward { walk.to_m } else { walk.from_m }).map(|reason| (fitter.fitted, reason))
@@ -45,6 +49,12 @@ pub(in crate::route) fn build(route: &Route, ground: &Ground, walk: Walk) -> Opt
     }
     let all: Vec<Fitted> = behind.into_iter().rev().chain(ahead).collect();
     (all.len() <= MAX_PIECES).then(|| Ok(assembled(route, &all, [beginning, end])))
+}
+
+/// A parameter, or the seam from which it differs by rounding: a piece between the two would have no good slope.
+fn at_seam(route: &Route, parameter: f64) -> f64 {
+    let rounding = SEAM_ROUNDINGS * route.plan_rounding_m(parameter) / route.plan_point(parameter).speed_m_per_unit;
+    route.seams().iter().copied().find(|seam| (seam - parameter).abs() <= rounding).unwrap_or(parameter)
 }
 
 fn assembled(route: &Route, fitted: &[Fitted], [beginning, end]: [ProfileEnd; 2]) -> Profile {
@@ -93,6 +103,16 @@ struct Fit {
     slope: f64,
 }
 
+/// The plan at a point of a check.
+#[derive(Clone, Copy, Debug)]
+struct Look {
+    /// Distance from the middle of the part, in units of the parameter.
+    from_middle: f64,
+    position: DVec2,
+    /// Metres of the plan per unit of the parameter.
+    speed: f64,
+}
+
 /// Fits pieces one after the other, in one direction.
 struct Fitter<'a> {
     route: &'a Route,
@@ -101,12 +121,18 @@ struct Fitter<'a> {
     interpolation: Interpolation,
     /// The nodes of the interpolation, the points between them, and the ends, at which a fit is checked, from −1 to 1.
     checks: Vec<f64>,
+    /// The indices of the nodes among them.
+    nodes: [usize; ORDER],
+    /// The plan at each of them, on the present part.
+    looks: Vec<Look>,
     fitted: Vec<Fitted>,
     /// Parameter and travel in space up to where the pieces reach.
     reached: f64,
     travel_m: f64,
     /// Whether no piece is on the present segment yet.
     is_fresh: bool,
+    /// Parameter at which a part before the next piece begins that is too short for a piece of its own.
+    left: Option<f64>,
 }
 
 impl<'a> Fitter<'a> {
@@ -116,16 +142,20 @@ impl<'a> Fitter<'a> {
         let ends = [-JUST_INSIDE, JUST_INSIDE];
         let mut checks: Vec<f64> = interpolation.nodes.into_iter().chain(between).chain(ends).collect();
         checks.sort_unstable_by(f64::total_cmp);
+        let nodes = interpolation.nodes.map(|node| checks.partition_point(|&check| check < node));
         Self {
             route,
             ground,
             is_forward,
             interpolation,
             checks,
+            nodes,
+            looks: Vec::new(),
             fitted: Vec::new(),
             reached: begin,
             travel_m: 0.0,
             is_fresh: true,
+            left: None,
         }
     }
 
@@ -158,10 +188,15 @@ impl<'a> Fitter<'a> {
             self.extend_last(begin, end);
             return ControlFlow::Continue(());
         }
-        let cell_at = |parameter: f64| self.ground.cell(self.route.plan_point(parameter).position);
-        let cells: Vec<Option<Cell>> = self.checks.iter().map(|check| cell_at(middle + half * check)).collect();
+        if is_short && !self.is_last_of_segment(begin, end) {
+            self.left.get_or_insert(if self.is_forward { begin } else { end });
+            return ControlFlow::Continue(());
+        }
+        self.look(middle, half);
+        let cells: Vec<Option<Cell>> = self.looks.iter().map(|look| self.ground.cell(look.position)).collect();
         if let Some(k) = (1..cells.len()).find(|&k| !is_short && cells[k] != cells[k - 1]) {
             let ends = [k - 1, k].map(|k| middle + half * self.checks[k]);
+            let cell_at = |parameter: f64| self.ground.cell(self.route.plan_point(parameter).position);
             let cut = turning_point(ends[0], ends[1], 0.0, |parameter| cell_at(parameter) != cells[k - 1]).1;
             return self.fit_both(begin, cut, end);
         }
@@ -178,26 +213,42 @@ impl<'a> Fitter<'a> {
         self.fit_both(begin, middle, end)
     }
 
-    /// Fits a piece to a part of one segment over one cell.
+    /// Whether a part of a segment ends with the segment, in the direction of the walk.
+    fn is_last_of_segment(&self, begin: f64, end: f64) -> bool {
+        let (far, stride_m) = if self.is_forward { (end, STRIDE_M) } else { (begin, -STRIDE_M) };
+        self.route.seams().contains(&far) || self.route.plan_stride(far, stride_m) == far
+    }
+
+    /// Looks at the plan at the points of the check of a part.
+    fn look(&mut self, middle: f64, half: f64) {
+        let route = self.route;
+        self.looks.clear();
+        self.looks.extend(self.checks.iter().map(|check| {
+            let (from_middle, point) = (half * check, route.plan_point(middle + half * check));
+            Look { from_middle, position: point.position, speed: point.speed_m_per_unit }
+        }));
+    }
+
+    /// Fits a piece over one cell to the part of a segment that was looked at.
     fn fit_over(&self, begin: f64, end: f64, cell: Cell) -> (Fitted, Fit) {
         let (anchor, half) = (0.5 * (begin + end), 0.5 * (end - begin));
-        let (patch, at) = (self.ground.patch(cell), |check: f64| anchor + half * check);
-        let relief_m = |check: f64| patch.relief_m(self.route.plan_point(at(check)).position);
-        let rounding_m = self.route.plan_rounding_m(anchor) + 2.0 * f64::EPSILON * relief_m(0.0).abs();
-        let reliefs_m = self.interpolation.nodes.map(relief_m);
+        let patch = self.ground.patch(cell);
+        let relief_m = patch.relief_m(self.route.plan_point(anchor).position);
+        let rounding_m = self.route.plan_rounding_m(anchor) + 2.0 * f64::EPSILON * relief_m.abs();
+        let nodes = self.nodes.map(|node| self.looks[node]);
+        let reliefs_m = nodes.map(|look| patch.relief_m(look.position));
         let mut heights = self.interpolation.polynomial(&reliefs_m, half, rounding_m);
-        let slope = |check: f64| value_and_slope(&heights, half * check)[1];
-        let plan_speed = |check: f64| self.route.plan_point(at(check)).speed_m_per_unit;
-        let speed = |check: f64| plan_speed(check).hypot(slope(check));
-        let speeds = self.interpolation.polynomial(&self.interpolation.nodes.map(speed), half, f64::EPSILON);
+        let speed = |look: &Look| look.speed.hypot(value_and_slope(&heights, look.from_middle)[1]);
+        let speeds = self.interpolation.polynomial(&nodes.map(|look| speed(&look)), half, f64::EPSILON);
         let (mut off, mut slowest) = ([0.0; 2], f64::INFINITY);
         let mut fitting = Fit { is_exact: true, slope: 0.0 };
-        for &check in &self.checks {
-            let off_m = (value_and_slope(&heights, half * check)[0] - relief_m(check)).abs();
-            let off_speed = (value_and_slope(&speeds, half * check)[0] / speed(check) - 1.0).abs();
+        for look in &self.looks {
+            let [height_m, slope] = value_and_slope(&heights, look.from_middle);
+            let off_m = (height_m - patch.relief_m(look.position)).abs();
+            let off_speed = (value_and_slope(&speeds, look.from_middle)[0] / look.speed.hypot(slope) - 1.0).abs();
             off = [off_m.max(off[0]), off_speed.max(off[1])];
-            fitting.slope = fitting.slope.max(slope(check).abs() / plan_speed(check));
-            slowest = slowest.min(plan_speed(check));
+            fitting.slope = fitting.slope.max(slope.abs() / look.speed);
+            slowest = slowest.min(look.speed);
         }
         // Rounding of heights tilts a short piece.
         let tilt = 64.0 * rounding_m / (half * slowest);
@@ -226,6 +277,9 @@ impl<'a> Fitter<'a> {
 
     /// Adds a part at the present end.
     fn add(&mut self, mut part: Fitted) {
+        if let Some(left) = self.left.take() {
+            (part.begin, part.end) = (part.begin.min(left), part.end.max(left));
+        }
         let (near, far) = if self.is_forward { (part.begin, part.end) } else { (part.end, part.begin) };
         part.piece.travel_m = self.travel_m - part.piece.arc_m(near);
         (self.reached, self.is_fresh) = (far, false);

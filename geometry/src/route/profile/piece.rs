@@ -56,11 +56,13 @@ pub(super) struct Interpolation {
     pub(super) nodes: [f64; ORDER],
     /// Coefficients of the Chebyshev polynomials T₀ to T₇.
     chebyshev: [Polynomial; ORDER],
+    /// Their values at the nodes.
+    at_nodes: [[f64; ORDER]; ORDER],
 }
 
 impl Interpolation {
     pub(super) fn new() -> Self {
-        let nodes = std::array::from_fn(|k| -(PI * (k as f64 + 0.5) / ORDER as f64).cos());
+        let nodes: [f64; ORDER] = std::array::from_fn(|k| -(PI * (k as f64 + 0.5) / ORDER as f64).cos());
         let mut chebyshev = [[0.0; ORDER]; ORDER];
         (chebyshev[0][0], chebyshev[1][1]) = (1.0, 1.0);
         for order in 2..ORDER {
@@ -70,15 +72,15 @@ impl Interpolation {
                 chebyshev[order][power] = 2.0 * raised - chebyshev[order - 2][power];
             }
         }
-        Self { nodes, chebyshev }
+        let at_nodes = chebyshev.map(|chebyshev| nodes.map(|node| value_and_slope(&chebyshev, node)[0]));
+        Self { nodes, chebyshev, at_nodes }
     }
 
     /// The polynomial through a value at each node, of the distance in units of which the interval is ±`half`. Terms within
     /// rounding, from the second order on, are left out: a straight line stays straight.
     pub(super) fn polynomial(&self, values: &[f64; ORDER], half: f64, rounding: f64) -> Polynomial {
         let mut polynomial = [0.0; ORDER];
-        for (order, chebyshev) in self.chebyshev.iter().enumerate() {
-            let at_nodes = self.nodes.map(|node| value_and_slope(chebyshev, node)[0]);
+        for (order, (chebyshev, at_nodes)) in self.chebyshev.iter().zip(&self.at_nodes).enumerate() {
             let sum: f64 = values.iter().zip(at_nodes).map(|(value, at_node)| value * at_node).sum();
             let share = if order == 0 { sum / ORDER as f64 } else { 2.0 * sum / ORDER as f64 };
             if order < 2 || share.abs() > rounding {

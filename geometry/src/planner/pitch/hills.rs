@@ -1,0 +1,179 @@
+//! The smallest pitch on hills.
+//!
+//! On hills no witness at one pitch proves anything about the next: each pitch leads over other heights. So pitches are tried, from
+//! the lowest possible one on, [`STEPS_PER_PITCH`] for each multiple of e. The step before the first feasible one is bisected. Most
+//! pitches have their contact where the pitch before had it, so a search near that place comes first. A search of the last turn before
+//! the circle, where most contacts are, comes before that of the whole lead-in.
+//!
+//! *Guarantee.* The answer is feasible, and a pitch just below it is not. Feasible pitches between two that were tried are missed.
+
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+use super::{LeadIn, MAX_PITCH_M, PitchError, PitchLimit, SmallestPitch, lead_in, smallest_pitch};
+use crate::clearance::first_within;
+use crate::dragon::{Dimensions, Dragon, DragonError, FeasibleEnd, Meter};
+use crate::numerics::try_turning_point;
+use crate::planner::cores::on_all_cores;
+use crate::route::{RouteError, RouteSpec, SpiralSpec};
+
+/// Number of pitches tried while the pitch grows by a factor of e.
+const STEPS_PER_PITCH: f64 = 512.0;
+/// Pitches tried at a time.
+const AT_A_TIME: usize = 16;
+/// Turns before the circle that are searched first.
+const LAST_TURNS: f64 = 1.0;
+/// Distance from the last contact within which the next one is searched for first, in lengths of the head's link.
+const NEAR_LINKS: f64 = 1.0;
+/// Tolerance of the answer, in metres.
+const TOLERANCE_M: f64 = 1e-12;
+
+/// Finds the smallest pitch as [`smallest_pitch`], on the ground of a plan: of a spiral about the place of the plan, from
+/// `start_turns` turns on. On hills it is the smallest one that was found: a smaller one may lie between two that were tried.
+///
+/// # Errors
+/// The errors of [`smallest_pitch`]. On hills also: the ground ends before a feasible pitch is found.
+pub fn smallest_pitch_on(
+    plan: &RouteSpec,
+    dimensions: &Dimensions,
+    start_turns: f64,
+    turn_diameter_m: f64,
+    clearance_m: f64,
+    meter: &Meter,
+) -> Result<SmallestPitch, PitchError> {
+    if plan.ground.is_none() {
+        return smallest_pitch(dimensions, start_turns, turn_diameter_m, clearance_m, meter);
+    }
+    let lead_in = lead_in(dimensions, start_turns, turn_diameter_m, clearance_m, meter)?;
+    let (start_m, width_m) = (lead_in.least_start_m(), dimensions.width_m());
+    let least_m = start_m.max(width_m);
+    let least_m = least_m + lead_in.tolerance_m(least_m);
+    let hills = Hills { plan, lead_in };
+    let pitch_m = |number: usize| least_m * (number as f64 / STEPS_PER_PITCH).exp();
+    let limit = if start_m >= width_m { PitchLimit::Start } else { PitchLimit::Width };
+    let mut last = Tried { pitch_m: least_m, limit, radius_m: None };
+    for first in (0..).step_by(AT_A_TIME) {
+        let found = on_all_cores(meter, AT_A_TIME, |i, own| hills.trial(own, pitch_m(first + i), last.radius_m));
+        let is_complete = found.len() == AT_A_TIME;
+        for (number, tried) in (first..).zip(found) {
+            match tried.map_err(|error| error.undecided_above(last.pitch_m))? {
+                Some(tried) => last = tried,
+                None if number == 0 => return Ok(SmallestPitch { pitch_m: least_m, limit }),
+                None => return hills.between(meter, last, pitch_m(number)),
+            }
+        }
+        if !is_complete {
+            return Err(PitchError::TooMuchWork { pitch_m: last.pitch_m, spent: meter.spent(0.0) });
+        }
+        if pitch_m(first + AT_A_TIME) > MAX_PITCH_M {
+            return Err(PitchError::NoPitch { turn_diameter_m });
+        }
+    }
+    unreachable!("the pitches grow beyond the greatest one")
+}
+
+/// A pitch that is not feasible.
+#[derive(Clone, Copy)]
+struct Tried {
+    pitch_m: f64,
+    limit: PitchLimit,
+    /// The head's distance from the centre at the contact.
+    radius_m: Option<f64>,
+}
+
+impl PitchError {
+    /// The error of a lead-in with this pitch.
+    pub(super) fn on_route(pitch_m: f64, error: RouteError) -> Self {
+        match error {
+            RouteError::Ground(gap) => Self::Ground { pitch_m, gap },
+            error => Self::Route(error),
+        }
+    }
+
+    /// The same error, whose search has found no feasible pitch up to `low_m`.
+    fn undecided_above(self, low_m: f64) -> Self {
+        if let Self::TooMuchWork { spent, .. } = self { Self::TooMuchWork { pitch_m: low_m, spent } } else { self }
+    }
+}
+
+/// The lead-in on the ground of a plan.
+struct Hills<'a> {
+    plan: &'a RouteSpec,
+    lead_in: LeadIn<'a>,
+}
+
+impl Hills<'_> {
+    /// The smallest feasible pitch between one that is not and one that is. Between them, only the place of the last contact is
+    /// searched, and the whole lead-in at the end.
+    fn between(&self, meter: &Meter, mut low: Tried, feasible_m: f64) -> Result<SmallestPitch, PitchError> {
+        loop {
+            let (_, high_m) = try_turning_point(low.pitch_m, feasible_m, TOLERANCE_M, |pitch_m| {
+                let found = self.trial_near(meter, pitch_m, low.radius_m);
+                let found = found.map_err(|error| error.undecided_above(low.pitch_m))?;
+                low = found.unwrap_or(low);
+                Ok(found.is_none())
+            })?;
+            let whole = if high_m < feasible_m { self.trial(meter, high_m, low.radius_m) } else { Ok(None) };
+            match whole.map_err(|error| error.undecided_above(low.pitch_m))? {
+                Some(tried) => low = tried,
+                None => return Ok(SmallestPitch { pitch_m: high_m, limit: low.limit }),
+            }
+        }
+    }
+
+    /// Tries a pitch on the whole lead-in; `None` if it is feasible. `radius_m` is that of the last contact.
+    fn trial(&self, meter: &Meter, pitch_m: f64, radius_m: Option<f64>) -> Result<Option<Tried>, PitchError> {
+        let dragon = match self.dragon(meter, pitch_m)? {
+            Ok(dragon) => dragon,
+            Err(tried) => return Ok(Some(tried)),
+        };
+        let (start_m, end_m) = (dragon.start_travel_m(), dragon.end_travel_m());
+        let last_m = end_m - LAST_TURNS * TAU * (self.lead_in.circle_radius_m + LAST_TURNS * pitch_m);
+        let near_m = radius_m.map(|radius_m| self.near(&dragon, pitch_m, radius_m));
+        for [from_m, to_m] in near_m.into_iter().chain([[last_m, end_m], [start_m, end_m]]) {
+            if let Some(tried) = self.contact(&dragon, pitch_m, [from_m.max(start_m), to_m])? {
+                return Ok(Some(tried));
+            }
+        }
+        Ok(None)
+    }
+
+    /// Tries a pitch near the place of the last contact, or on the whole lead-in if the last pitch had none.
+    fn trial_near(&self, meter: &Meter, pitch_m: f64, radius_m: Option<f64>) -> Result<Option<Tried>, PitchError> {
+        let Some(radius_m) = radius_m else { return self.trial(meter, pitch_m, None) };
+        match self.dragon(meter, pitch_m)? {
+            Ok(dragon) => self.contact(&dragon, pitch_m, self.near(&dragon, pitch_m, radius_m)),
+            Err(tried) => Ok(Some(tried)),
+        }
+    }
+
+    /// The dragon on its lead-in, or the reason for which it cannot walk to the circle.
+    fn dragon(&self, meter: &Meter, pitch_m: f64) -> Result<Result<Dragon, Tried>, PitchError> {
+        let LeadIn { dimensions, start_turns, circle_radius_m, .. } = self.lead_in;
+        let spec = SpiralSpec { pitch_m, start_turns };
+        let family = self.plan.lead_in(spec, 2.0 * circle_radius_m, dimensions.links_m());
+        let family = family.map_err(|error| PitchError::on_route(pitch_m, error))?;
+        match Dragon::with_meter(*dimensions, Arc::clone(family.route()), meter.clone()) {
+            Ok(dragon) if dragon.feasible_end() == FeasibleEnd::RouteEnd => Ok(Ok(dragon)),
+            Err(DragonError::TooMuchWork(spent)) => Err(PitchError::TooMuchWork { pitch_m, spent }),
+            Err(DragonError::Ground(gap)) => Err(PitchError::Ground { pitch_m, gap }),
+            _ => Ok(Err(Tried { pitch_m, limit: PitchLimit::Stop, radius_m: None })),
+        }
+    }
+
+    /// The travels around the head's place at a distance from the centre.
+    fn near(&self, dragon: &Dragon, pitch_m: f64, radius_m: f64) -> [f64; 2] {
+        let travel_m = dragon.route().travel(LeadIn::parameter(pitch_m, radius_m));
+        let reach_m = NEAR_LINKS * self.lead_in.dimensions.link_m(0);
+        [travel_m - reach_m, (travel_m + reach_m).min(dragon.end_travel_m())]
+    }
+
+    fn contact(&self, dragon: &Dragon, pitch_m: f64, [from_m, to_m]: [f64; 2]) -> Result<Option<Tried>, PitchError> {
+        let contact = first_within(dragon, self.lead_in.clearance_m, from_m, to_m);
+        let contact = contact.map_err(|spent| PitchError::TooMuchWork { pitch_m, spent })?;
+        Ok(contact.map(|contact| {
+            let radius_m = LeadIn::radius_m(pitch_m, dragon.route().parameter(contact.travel_m));
+            Tried { pitch_m, limit: PitchLimit::Contact(contact), radius_m: Some(radius_m) }
+        }))
+    }
+}
