@@ -79,7 +79,8 @@ impl CueList {
         let next = config.cues().iter().position(|cue| place_m(cue) > header.course_m || is_waiting(cue));
         let arrival = next.map(|next| &config.cues()[next]).filter(|cue| !is_waiting(cue)).and_then(|cue| {
             let accel_mps2 = config.accel_mps2_at(header.course_m);
-            Some(HeadMotion::new(header, snapshot.clock?, accel_mps2).passing(place_m(cue)))
+            let motion = HeadMotion::new(header, snapshot.clock?, accel_mps2, snapshot.status.as_deref());
+            Some(motion.passing(place_m(cue)))
         });
         let state = |number: usize, cue: &Cue| match next {
             _ if is_waiting(cue) => CueState::Waiting,

@@ -131,7 +131,7 @@ impl CurrentRun {
         let Some(forecaster) = &mut self.forecaster else { return (ShowForecast::Unknown, None) };
         let forecast = forecaster.latest();
         forecaster.advance(&forecast, travel_m, is_found);
-        let motion = HeadMotion::new(header, self.clock(header), self.run.config.accel_mps2_at(travel_m));
+        let motion = HeadMotion::new(header, self.clock(header), self.run.config.accel_mps2_at(travel_m), status);
         let end_m = self.run.config.formation().end_m();
         let possible = ShowForecast::possible_contact(&forecast, &motion, header.show_state());
         let state = header.show_state();

@@ -1,7 +1,12 @@
 //! The times at which the head reaches a travel, and the travel at which it comes to rest.
 
-use bench_dragon_ipc::FrameHeader;
+use bench_dragon_ipc::{FrameHeader, ShowState, Status};
 use serde::Serialize;
+
+use crate::source::server::motion::FASTEST;
+
+/// Least lag behind the clock at which the show is taken to catch up, in seconds: more than it makes up from one status to the next.
+const LEAST_BEHIND_S: f64 = 0.02;
 
 /// The arrival of the head at a travel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
@@ -25,12 +30,22 @@ pub(super) struct HeadMotion {
     speed_mps: f64,
     accel_mps2: Option<f64>,
     time_scale: f64,
+    /// Wall time by which a walking show is behind the clock, which it makes up; 0 for one that is on time.
+    behind_s: f64,
 }
 
 impl HeadMotion {
-    /// Returns the motion from this frame on, up or down to the speed of the clock.
-    pub(super) fn new(header: &FrameHeader, clock: TravelClock, accel_mps2: Option<f64>) -> Self {
-        Self { clock, speed_mps: header.course_mps, accel_mps2, time_scale: header.time_scale }
+    /// Returns the motion from this frame on, up or down to the speed of the clock. `status` tells whether the show catches up.
+    pub(super) fn new(
+        header: &FrameHeader,
+        clock: TravelClock,
+        accel_mps2: Option<f64>,
+        status: Option<&Status>,
+    ) -> Self {
+        let behind_s = status.map_or(0.0, |status| status.behind_ns as f64 * 1e-9);
+        let catches_up = behind_s >= LEAST_BEHIND_S && header.show_state().is_some_and(ShowState::walks);
+        let behind_s = if catches_up { behind_s } else { 0.0 };
+        Self { clock, speed_mps: header.course_mps, accel_mps2, time_scale: header.time_scale, behind_s }
     }
 
     /// Returns the arrival at a travel that the head passes.
@@ -95,7 +110,14 @@ impl HeadMotion {
     }
 
     fn after(&self, travel_m: f64, show_s: f64) -> Arrival {
-        Arrival { travel_m, time_s: self.clock.time_s + show_s, wall_s: show_s / self.time_scale }
+        Arrival { travel_m, time_s: self.clock.time_s + show_s, wall_s: self.wall_s(show_s) }
+    }
+
+    /// Wall time of a show time ahead. A show that catches up does so at [`FASTEST`], and then goes on at its own pace.
+    fn wall_s(&self, show_s: f64) -> f64 {
+        let wall_s = show_s / self.time_scale;
+        let is_caught_up = self.behind_s > 0.0 && wall_s > self.behind_s / (FASTEST - 1.0);
+        if is_caught_up { FASTEST * wall_s - self.behind_s } else { wall_s }
     }
 }
 
@@ -130,13 +152,31 @@ mod tests {
     /// A head at 10 m and 20 s of show time, which walks at this speed. Show time runs twice as fast as wall time.
     fn motion(speed_mps: f64, accel_mps2: Option<f64>) -> HeadMotion {
         let header = FrameHeader { course_mps: speed_mps, time_scale: 2.0, ..FrameHeader::default() };
-        HeadMotion::new(&header, TravelClock { travel_m: 10.0, time_s: 20.0, speed_mps: 1.0 }, accel_mps2)
+        HeadMotion::new(&header, TravelClock { travel_m: 10.0, time_s: 20.0, speed_mps: 1.0 }, accel_mps2, None)
     }
 
     #[test]
     fn wall_time_is_show_time_divided_by_the_time_scale() {
         assert_eq!(motion(1.0, None).passing(13.0), Arrival { travel_m: 13.0, time_s: 23.0, wall_s: 1.5 });
         assert_eq!(motion(1.0, None).resting_at(13.0).wall_s, 1.5);
+    }
+
+    /// A show of time scale 2 that is 3 s behind makes them up in 30 s, in which it advances by 66 s.
+    #[test]
+    fn a_show_that_catches_up_goes_on_at_its_own_pace() {
+        let wall_s = |state: ShowState, time_scale: f64, behind_s: f64, travel_m: f64| {
+            let header = FrameHeader { course_mps: 1.0, time_scale, state: state.to_wire(), ..FrameHeader::default() };
+            let status = Status { behind_ns: (behind_s * 1e9) as u64, ..Status::default() };
+            let clock = TravelClock { travel_m: 10.0, time_s: 20.0, speed_mps: 1.0 };
+            HeadMotion::new(&header, clock, None, Some(&status)).passing(travel_m).wall_s
+        };
+        for (travel_m, expected_s) in [(32.0, 10.0), (76.0, 30.0), (210.0, 97.0)] {
+            let found_s = wall_s(ShowState::Running, 2.0 * FASTEST, 3.0, travel_m);
+            assert!((found_s - expected_s).abs() < 1e-9, "{travel_m}: {found_s}");
+        }
+        // One that stands, and one that was on time at the last status, go on at their pace.
+        assert_eq!(wall_s(ShowState::Paused, 2.0, 3.0, 210.0), 100.0);
+        assert_eq!(wall_s(ShowState::Running, 2.0, 0.01, 210.0), 100.0);
     }
 
     #[test]
@@ -154,7 +194,7 @@ mod tests {
         let (accel_mps2, to_mps) = (0.25, 1.0);
         let motion = |travel_m, time_s, speed_mps| {
             let header = FrameHeader { course_mps: speed_mps, time_scale: 1.0, ..FrameHeader::default() };
-            HeadMotion::new(&header, TravelClock { travel_m, time_s, speed_mps: to_mps }, Some(accel_mps2))
+            HeadMotion::new(&header, TravelClock { travel_m, time_s, speed_mps: to_mps }, Some(accel_mps2), None)
         };
         // Two metres and four seconds up to speed, 96 m, and as long to rest.
         for (travel_m, time_s, speed_mps) in [(0.0, 0.0, 0.0), (0.125, 1.0, 0.25), (2.0, 4.0, 1.0), (50.0, 52.0, 1.0)] {

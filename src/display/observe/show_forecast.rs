@@ -159,7 +159,7 @@ mod tests {
     /// A head at 10 m and 10 s of show time, at 1 m per show second, a time scale of 5, with 0.25 m/s².
     fn motion() -> HeadMotion {
         let header = FrameHeader { course_mps: 1.0, time_scale: 5.0, ..FrameHeader::default() };
-        HeadMotion::new(&header, TravelClock { travel_m: 10.0, time_s: 10.0, speed_mps: 1.0 }, Some(0.25))
+        HeadMotion::new(&header, TravelClock { travel_m: 10.0, time_s: 10.0, speed_mps: 1.0 }, Some(0.25), None)
     }
 
     fn forecast(contact_m: Option<f64>) -> Forecast {

@@ -20,6 +20,15 @@ const TIMES = {
   contact: { time_s: 412.5, benches: [0, 8] },
 };
 
+test('a show that catches up is expected to go on at its own pace', () => {
+  // 3 s behind at a time scale of 2, it makes up in 30 s, in which it advances by 66 s.
+  const catching = (behind_s, more = {}) => ({ ...show(FREE, { time_scale: 2.2, ...more }), status: { outlook: FREE, server: { behind_s } } });
+  assert.equal(nextInWords({ what: 'end', time_s: 122 }, catching(3)), 'end in 0:10');
+  assert.equal(nextInWords({ what: 'end', time_s: 300 }, catching(3)), 'end in 1:37');
+  assert.equal(leftInWords(300, catching(3)), '1:37 left');
+  assert.equal(nextInWords({ what: 'end', time_s: 320 }, catching(3, { time_scale: 2, state: 'paused' })), 'end after 1:50');
+});
+
 test('a cue is an event with its note, and one that waits has no time', () => {
   const cue = (more) => ({ name: 'the eye', note: 'lights 4', at_s: 8, waits: false, speed_mps: null, dragon: null, state: 'next', ...more });
   const first = (cues) => eventsAhead({ frame: frame(), status: { outlook: FREE, cues } }, TIMES, 442)[0];
@@ -42,21 +51,21 @@ test('the next event is the nearest one ahead, whoever announces it', () => {
 
 test('countdowns are in wall time, and a standing head has to walk first', () => {
   const event = { what: 'near miss 29.0 mm', time_s: 165 };
-  assert.equal(nextInWords(event, frame()), 'near miss 29.0 mm in 1:05');
-  assert.equal(nextInWords(event, frame({ time_scale: 2 })), 'near miss 29.0 mm in 0:33');
-  assert.equal(nextInWords(event, frame({ state: 'paused' })), 'near miss 29.0 mm after 1:05');
-  assert.equal(nextInWords(undefined, frame()), '–');
+  assert.equal(nextInWords(event, show(FREE)), 'near miss 29.0 mm in 1:05');
+  assert.equal(nextInWords(event, show(FREE, { time_scale: 2 })), 'near miss 29.0 mm in 0:33');
+  assert.equal(nextInWords(event, show(FREE, { state: 'paused' })), 'near miss 29.0 mm after 1:05');
+  assert.equal(nextInWords(undefined, show(FREE)), '–');
 });
 
 test('the time left follows the plan at the present speed, and is wall time', () => {
   const run = { start_s: 0, end_s: 442 };
-  assert.equal(leftInWords(endOf(run, TIMES), frame()), '6:40 left');
+  assert.equal(leftInWords(endOf(run, TIMES), show(FREE)), '6:40 left');
   const begun = { ...TIMES, isComplete: false, curve: TIMES.curve.slice(0, 1) };
-  assert.equal(leftInWords(endOf(run, begun), frame()), '5:42 left', 'a plan that is still computed');
-  assert.equal(leftInWords(endOf(run, { ...TIMES, curve: [] }), frame({ time_scale: 0.1 })), '57:00 left');
-  assert.equal(leftInWords(endOf(run, { ...TIMES, curve: [] }), frame({ time_scale: 0.01 })), '9:30:00 left');
-  assert.equal(leftInWords(endOf({ start_s: 0, end_s: 1e9 }, TIMES), frame()), '');
-  assert.equal(leftInWords(442, frame({ state: 'ended' })), '');
+  assert.equal(leftInWords(endOf(run, begun), show(FREE)), '5:42 left', 'a plan that is still computed');
+  assert.equal(leftInWords(endOf(run, { ...TIMES, curve: [] }), show(FREE, { time_scale: 0.1 })), '57:00 left');
+  assert.equal(leftInWords(endOf(run, { ...TIMES, curve: [] }), show(FREE, { time_scale: 0.01 })), '9:30:00 left');
+  assert.equal(leftInWords(endOf({ start_s: 0, end_s: 1e9 }, TIMES), show(FREE)), '');
+  assert.equal(leftInWords(442, show(FREE, { state: 'ended' })), '');
 });
 
 test('nothing comes after the stop of the guard', () => {

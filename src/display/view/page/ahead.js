@@ -10,6 +10,9 @@ import { countdown, millimetres } from './format.js';
 
 /** Show time, in seconds, up to which an event counts as now. */
 const NOW_S = 0.005;
+/** Pace of a show that catches up, in multiples of its own, and the least lag at which it is taken to, in seconds. */
+const FASTEST = 1.1;
+const LEAST_BEHIND_S = 0.02;
 /** Show time of a run from which on it counts as endless. */
 const ENDLESS_S = 1e6;
 
@@ -50,11 +53,11 @@ export function endOf(run, times) {
 /**
  * The next event in words, with a countdown in wall time.
  * @param {Event | undefined} event
- * @param {import('./frame.js').Frame | null} frame
+ * @param {Pick<Show, 'frame' | 'status'>} show
  */
-export function nextInWords(event, frame) {
+export function nextInWords(event, { frame, status }) {
   if (event === undefined || frame === null) return '–';
-  const left = countdown(wallSeconds(event.time_s, frame));
+  const left = countdown(wallSeconds(event.time_s, frame, status));
   return `${event.what} ${walks(frame) ? 'in' : 'after'} ${left}`;
 }
 
@@ -81,15 +84,27 @@ export function expectedEnd({ frame, status }, planned_s) {
   return frame === null || frame.time_s > planned_s ? null : planned_s;
 }
 
-/** The wall time until the end in words; empty if it is unknown. @param {number | null} end_s @param {import('./frame.js').Frame | null} frame */
-export function leftInWords(end_s, frame) {
+/**
+ * The wall time until the end in words; empty if it is unknown.
+ * @param {number | null} end_s
+ * @param {Pick<Show, 'frame' | 'status'>} show
+ */
+export function leftInWords(end_s, { frame, status }) {
   if (end_s === null || frame === null || isOver(frame)) return '';
-  return `${countdown(Math.max(wallSeconds(end_s, frame), 0))} left`;
+  return `${countdown(Math.max(wallSeconds(end_s, frame, status), 0))} left`;
 }
 
-/** @param {number} time_s @param {import('./frame.js').Frame} frame */
-function wallSeconds(time_s, frame) {
-  return (time_s - frame.time_s) / frame.time_scale;
+/**
+ * Wall time until a show time. A show that catches up does so at its fastest pace, and then goes on at its own.
+ * @param {number} time_s
+ * @param {import('./frame.js').Frame} frame
+ * @param {Show['status']} status
+ */
+function wallSeconds(time_s, frame, status) {
+  const wall_s = (time_s - frame.time_s) / frame.time_scale;
+  const behind_s = walks(frame) ? (status?.server?.behind_s ?? 0) : 0;
+  const isCaughtUp = behind_s >= LEAST_BEHIND_S && wall_s > behind_s / (FASTEST - 1);
+  return isCaughtUp ? FASTEST * wall_s - behind_s : wall_s;
 }
 
 /** @param {import('./frame.js').Frame} frame */

@@ -175,7 +175,7 @@ function signs(stands, now_ms) {
   return {
     contact: contact(),
     clock: wallClock.text(now_ms),
-    left: stands.isLive ? leftInWords(restOf(show, endOf(show.runOfFrame(), timeline.times)), show.frame) : '',
+    left: stands.isLive ? leftInWords(restOf(show, endOf(show.runOfFrame(), timeline.times)), show) : '',
     next: next(),
     clearance: format.millimetres(show.frame?.nearest?.clearance_m),
   };
@@ -186,7 +186,7 @@ function next() {
   const cue = nextCue(show.status?.cues);
   if (cue?.state === 'waiting') return `GO for ${cueInWords(cue)}`;
   const [event] = eventsAhead(show, timeline.times, endOf(show.runOfFrame(), timeline.times));
-  return nextInWords(event, show.frame);
+  return nextInWords(event, show);
 }
 
 /** An overlap now, or a contact that nobody has acknowledged. */
