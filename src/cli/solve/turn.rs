@@ -18,7 +18,6 @@ use super::shortest_turn::{Shortest, find_shortest_for_play};
 use super::turn_play::{TurnPlay, earliest_on_passage};
 use super::{AnswerArgs, CLEARANCE_M, SPEED_RATIO, TooFast, WorkArgs, interrupt, load_plan, save_config};
 use crate::cli::flags::{BadInput, ConfigArgs, finite, within};
-use crate::cli::in_file;
 use crate::cli::print::{Progress, complain, print_report};
 use crate::config::{Config, HeadTable};
 use crate::output::figure::PlanView;

@@ -3,7 +3,7 @@
 //! On hills no witness at one pitch proves anything about the next: each pitch leads over other heights. So pitches are tried, from
 //! the lowest possible one on, [`STEPS_PER_PITCH`] for each multiple of e. The step before the first feasible one is bisected. Most
 //! pitches have their contact where the pitch before had it, so a search near that place comes first. A search of the last turn before
-//! the circle, where most contacts are, comes before that of the whole lead-in.
+//! the circle, where most contacts are, comes before that of the whole lead-in. Both are of the foremost benches alone.
 //!
 //! *Guarantee.* The answer is feasible, and a pitch just below it is not. Feasible pitches between two that were tried are missed.
 
@@ -19,12 +19,16 @@ use crate::route::{RouteError, RouteSpec, SpiralSpec};
 
 /// Number of pitches tried while the pitch grows by a factor of e.
 const STEPS_PER_PITCH: f64 = 512.0;
-/// Pitches tried at a time.
-const AT_A_TIME: usize = 16;
+/// Pitches tried at a time. Those behind the first feasible one are tried in vain, and take longest.
+const AT_A_TIME: usize = 4;
 /// Turns before the circle that are searched first.
 const LAST_TURNS: f64 = 1.0;
 /// Distance from the last contact within which the next one is searched for first, in lengths of the head's link.
 const NEAR_LINKS: f64 = 1.0;
+/// The same while a step is bisected.
+const NEARER_LINKS: f64 = 0.25;
+/// Benches behind those of the last contact, or behind two turns, that take part in a search near it.
+const FURTHER_BENCHES: usize = 4;
 /// Tolerance of the answer, in metres.
 const TOLERANCE_M: f64 = 1e-12;
 
@@ -51,9 +55,9 @@ pub fn smallest_pitch_on(
     let hills = Hills { plan, lead_in };
     let pitch_m = |number: usize| least_m * (number as f64 / STEPS_PER_PITCH).exp();
     let limit = if start_m >= width_m { PitchLimit::Start } else { PitchLimit::Width };
-    let mut last = Tried { pitch_m: least_m, limit, radius_m: None };
+    let mut last = Tried { pitch_m: least_m, limit, radius_m: 0.0 };
     for first in (0..).step_by(AT_A_TIME) {
-        let found = on_all_cores(meter, AT_A_TIME, |i, own| hills.trial(own, pitch_m(first + i), last.radius_m));
+        let found = on_all_cores(meter, AT_A_TIME, |i, own| hills.trial(own, pitch_m(first + i), &last));
         let is_complete = found.len() == AT_A_TIME;
         for (number, tried) in (first..).zip(found) {
             match tried.map_err(|error| error.undecided_above(last.pitch_m))? {
@@ -77,8 +81,8 @@ pub fn smallest_pitch_on(
 struct Tried {
     pitch_m: f64,
     limit: PitchLimit,
-    /// The head's distance from the centre at the contact.
-    radius_m: Option<f64>,
+    /// The head's distance from the centre at the contact; 0 without a contact.
+    radius_m: f64,
 }
 
 impl PitchError {
@@ -108,12 +112,15 @@ impl Hills<'_> {
     fn between(&self, meter: &Meter, mut low: Tried, feasible_m: f64) -> Result<SmallestPitch, PitchError> {
         loop {
             let (_, high_m) = try_turning_point(low.pitch_m, feasible_m, TOLERANCE_M, |pitch_m| {
-                let found = self.trial_near(meter, pitch_m, low.radius_m);
+                let found = match self.trial_near(meter, pitch_m, &low, NEARER_LINKS) {
+                    Ok(None) => self.trial(meter, pitch_m, &low),
+                    near => near.map(Option::flatten),
+                };
                 let found = found.map_err(|error| error.undecided_above(low.pitch_m))?;
                 low = found.unwrap_or(low);
                 Ok(found.is_none())
             })?;
-            let whole = if high_m < feasible_m { self.trial(meter, high_m, low.radius_m) } else { Ok(None) };
+            let whole = if high_m < feasible_m { self.trial(meter, high_m, &low) } else { Ok(None) };
             match whole.map_err(|error| error.undecided_above(low.pitch_m))? {
                 Some(tried) => low = tried,
                 None => return Ok(SmallestPitch { pitch_m: high_m, limit: low.limit }),
@@ -121,59 +128,67 @@ impl Hills<'_> {
         }
     }
 
-    /// Tries a pitch on the whole lead-in; `None` if it is feasible. `radius_m` is that of the last contact.
-    fn trial(&self, meter: &Meter, pitch_m: f64, radius_m: Option<f64>) -> Result<Option<Tried>, PitchError> {
-        let dragon = match self.dragon(meter, pitch_m)? {
-            Ok(dragon) => dragon,
-            Err(tried) => return Ok(Some(tried)),
-        };
-        let (start_m, end_m) = (dragon.start_travel_m(), dragon.end_travel_m());
-        let last_m = end_m - LAST_TURNS * TAU * (self.lead_in.circle_radius_m + LAST_TURNS * pitch_m);
-        let near_m = radius_m.map(|radius_m| self.near(&dragon, pitch_m, radius_m));
-        for [from_m, to_m] in near_m.into_iter().chain([[last_m, end_m], [start_m, end_m]]) {
-            if let Some(tried) = self.contact(&dragon, pitch_m, [from_m.max(start_m), to_m])? {
+    /// Tries a pitch on the whole lead-in; `None` if it is feasible. `last` is the last one that is not.
+    fn trial(&self, meter: &Meter, pitch_m: f64, last: &Tried) -> Result<Option<Tried>, PitchError> {
+        let LeadIn { dimensions, circle_radius_m, .. } = self.lead_in;
+        if let Some(tried) = self.trial_near(meter, pitch_m, last, NEAR_LINKS)?.flatten() {
+            return Ok(Some(tried));
+        }
+        let last_m = LAST_TURNS * TAU * (circle_radius_m + LAST_TURNS * pitch_m);
+        let benches = dimensions.benches();
+        let front = 2 * (last_m / dimensions.link_m(1)) as usize + FURTHER_BENCHES;
+        if front < benches {
+            let on_last_turn = |dragon: &Dragon| [dragon.end_travel_m() - last_m, dragon.end_travel_m()];
+            if let Some(tried) = self.contact(meter, pitch_m, front, on_last_turn)? {
                 return Ok(Some(tried));
             }
         }
-        Ok(None)
+        self.contact(meter, pitch_m, benches, |dragon| [dragon.start_travel_m(), dragon.end_travel_m()])
     }
 
-    /// Tries a pitch near the place of the last contact, or on the whole lead-in if the last pitch had none.
-    fn trial_near(&self, meter: &Meter, pitch_m: f64, radius_m: Option<f64>) -> Result<Option<Tried>, PitchError> {
-        let Some(radius_m) = radius_m else { return self.trial(meter, pitch_m, None) };
-        match self.dragon(meter, pitch_m)? {
-            Ok(dragon) => self.contact(&dragon, pitch_m, self.near(&dragon, pitch_m, radius_m)),
-            Err(tried) => Ok(Some(tried)),
-        }
+    /// Tries a pitch near the place of the last contact, with the benches up to its pair; `None` if the last pitch had no contact.
+    fn trial_near(
+        &self,
+        meter: &Meter,
+        pitch_m: f64,
+        last: &Tried,
+        links: f64,
+    ) -> Result<Option<Option<Tried>>, PitchError> {
+        let PitchLimit::Contact(contact) = last.limit else { return Ok(None) };
+        let reach_m = links * self.lead_in.dimensions.link_m(0);
+        let around = |dragon: &Dragon| {
+            let travel_m = dragon.route().travel(LeadIn::parameter(pitch_m, last.radius_m));
+            [travel_m - reach_m, travel_m + reach_m]
+        };
+        self.contact(meter, pitch_m, contact.benches[1] + FURTHER_BENCHES, around).map(Some)
     }
 
-    /// The dragon on its lead-in, or the reason for which it cannot walk to the circle.
-    fn dragon(&self, meter: &Meter, pitch_m: f64) -> Result<Result<Dragon, Tried>, PitchError> {
-        let LeadIn { dimensions, start_turns, circle_radius_m, .. } = self.lead_in;
+    /// The first contact of the foremost benches between two travels of the lead-in, or the reason for which they cannot walk to the
+    /// circle.
+    fn contact(
+        &self,
+        meter: &Meter,
+        pitch_m: f64,
+        benches: usize,
+        span_m: impl Fn(&Dragon) -> [f64; 2],
+    ) -> Result<Option<Tried>, PitchError> {
+        let LeadIn { dimensions, start_turns, circle_radius_m, clearance_m, .. } = self.lead_in;
+        let dimensions = dimensions.with_benches(benches.min(dimensions.benches()));
         let spec = SpiralSpec { pitch_m, start_turns };
         let family = self.plan.lead_in(spec, 2.0 * circle_radius_m, dimensions.links_m());
         let family = family.map_err(|error| PitchError::on_route(pitch_m, error))?;
-        match Dragon::with_meter(*dimensions, Arc::clone(family.route()), meter.clone()) {
-            Ok(dragon) if dragon.feasible_end() == FeasibleEnd::RouteEnd => Ok(Ok(dragon)),
-            Err(DragonError::TooMuchWork(spent)) => Err(PitchError::TooMuchWork { pitch_m, spent }),
-            Err(DragonError::Ground(gap)) => Err(PitchError::Ground { pitch_m, gap }),
-            _ => Ok(Err(Tried { pitch_m, limit: PitchLimit::Stop, radius_m: None })),
-        }
-    }
-
-    /// The travels around the head's place at a distance from the centre.
-    fn near(&self, dragon: &Dragon, pitch_m: f64, radius_m: f64) -> [f64; 2] {
-        let travel_m = dragon.route().travel(LeadIn::parameter(pitch_m, radius_m));
-        let reach_m = NEAR_LINKS * self.lead_in.dimensions.link_m(0);
-        [travel_m - reach_m, (travel_m + reach_m).min(dragon.end_travel_m())]
-    }
-
-    fn contact(&self, dragon: &Dragon, pitch_m: f64, [from_m, to_m]: [f64; 2]) -> Result<Option<Tried>, PitchError> {
-        let contact = first_within(dragon, self.lead_in.clearance_m, from_m, to_m);
+        let dragon = match Dragon::with_meter(dimensions, Arc::clone(family.route()), meter.clone()) {
+            Ok(dragon) if dragon.feasible_end() == FeasibleEnd::RouteEnd => dragon,
+            Err(DragonError::TooMuchWork(spent)) => return Err(PitchError::TooMuchWork { pitch_m, spent }),
+            Err(DragonError::Ground(gap)) => return Err(PitchError::Ground { pitch_m, gap }),
+            _ => return Ok(Some(Tried { pitch_m, limit: PitchLimit::Stop, radius_m: 0.0 })),
+        };
+        let [from_m, to_m] = span_m(&dragon);
+        let contact = first_within(&dragon, clearance_m, from_m, to_m);
         let contact = contact.map_err(|spent| PitchError::TooMuchWork { pitch_m, spent })?;
         Ok(contact.map(|contact| {
             let radius_m = LeadIn::radius_m(pitch_m, dragon.route().parameter(contact.travel_m));
-            Tried { pitch_m, limit: PitchLimit::Contact(contact), radius_m: Some(radius_m) }
+            Tried { pitch_m, limit: PitchLimit::Contact(contact), radius_m }
         }))
     }
 }
