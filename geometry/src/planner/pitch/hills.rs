@@ -1,7 +1,8 @@
 //! The smallest pitch on hills.
 //!
 //! On hills no witness at one pitch proves anything about the next: each pitch leads over other heights. So pitches are tried, from
-//! the lowest possible one on, [`STEPS_PER_PITCH`] for each multiple of e. The step before the first feasible one is bisected. Most
+//! the lowest possible one on, [`STEPS_PER_PITCH`] for each multiple of e. The step before the first feasible one is bisected, first
+//! beside the pitch at which the pair of the last contact just touches. Most
 //! pitches have their contact where the pitch before had it, so a search near that place comes first. A search of the last turn before
 //! the circle, where most contacts are, comes before that of the whole lead-in. Both are of the foremost benches alone.
 //!
@@ -13,8 +14,9 @@ use std::sync::Arc;
 use super::{LeadIn, MAX_PITCH_M, PitchError, PitchLimit, SmallestPitch, lead_in, smallest_pitch};
 use crate::clearance::first_within;
 use crate::dragon::{Dimensions, Dragon, DragonError, FeasibleEnd, Meter};
-use crate::numerics::try_turning_point;
+use crate::numerics::{crossing, try_turning_point};
 use crate::planner::cores::on_all_cores;
+use crate::planner::least_clearance::ClosestApproach;
 use crate::route::{RouteError, RouteSpec, SpiralSpec};
 
 /// Number of pitches tried while the pitch grows by a factor of e.
@@ -31,6 +33,8 @@ const NEARER_LINKS: f64 = 0.25;
 const FURTHER_BENCHES: usize = 4;
 /// Tolerance of the answer, in metres.
 const TOLERANCE_M: f64 = 1e-12;
+/// Distance to either side of a guess that is tried first, in metres.
+const BESIDE_M: f64 = 4e-12;
 
 /// Finds the smallest pitch as [`smallest_pitch`], on the ground of a plan: of a spiral about the place of the plan, from
 /// `start_turns` turns on. On hills it is the smallest one that was found: a smaller one may lie between two that were tried.
@@ -111,21 +115,51 @@ impl Hills<'_> {
     /// searched, and the whole lead-in at the end.
     fn between(&self, meter: &Meter, mut low: Tried, feasible_m: f64) -> Result<SmallestPitch, PitchError> {
         loop {
-            let (_, high_m) = try_turning_point(low.pitch_m, feasible_m, TOLERANCE_M, |pitch_m| {
-                let found = match self.trial_near(meter, pitch_m, &low, NEARER_LINKS) {
-                    Ok(None) => self.trial(meter, pitch_m, &low),
+            let (mut end_m, guess_m) = (feasible_m, self.guess(meter, &low, feasible_m)?);
+            let mut is_clear = |low: &mut Tried, pitch_m| {
+                let found = match self.trial_near(meter, pitch_m, low, NEARER_LINKS) {
+                    Ok(None) => self.trial(meter, pitch_m, low),
                     near => near.map(Option::flatten),
                 };
                 let found = found.map_err(|error| error.undecided_above(low.pitch_m))?;
-                low = found.unwrap_or(low);
+                *low = found.unwrap_or(*low);
                 Ok(found.is_none())
-            })?;
+            };
+            for beside_m in guess_m.into_iter().flat_map(|guess_m| [guess_m - BESIDE_M, guess_m + BESIDE_M]) {
+                if beside_m > low.pitch_m && beside_m < end_m && is_clear(&mut low, beside_m)? {
+                    end_m = beside_m;
+                }
+            }
+            let (_, high_m) =
+                try_turning_point(low.pitch_m, end_m, TOLERANCE_M, |pitch_m| is_clear(&mut low, pitch_m))?;
             let whole = if high_m < feasible_m { self.trial(meter, high_m, &low) } else { Ok(None) };
             match whole.map_err(|error| error.undecided_above(low.pitch_m))? {
                 Some(tried) => low = tried,
                 None => return Ok(SmallestPitch { pitch_m: high_m, limit: low.limit }),
             }
         }
+    }
+
+    /// The pitch at which the pair of the last contact no longer comes near enough at its place, if its least clearance there tells.
+    fn guess(&self, meter: &Meter, low: &Tried, feasible_m: f64) -> Result<Option<f64>, PitchError> {
+        let PitchLimit::Contact(contact) = low.limit else { return Ok(None) };
+        let depth_m = |pitch_m: f64| {
+            let dragon = self.dragon(meter, pitch_m, contact.benches[1] + FURTHER_BENCHES)?.ok();
+            let clearance_m = dragon.map_or(f64::NEG_INFINITY, |dragon| {
+                let [from_m, to_m] = self.around(&dragon, pitch_m, low, NEARER_LINKS);
+                let [from_m, to_m] = [from_m.max(dragon.start_travel_m()), to_m.min(dragon.end_travel_m())];
+                ClosestApproach::between(&dragon, contact.benches, from_m, to_m).pair.clearance_m
+            });
+            Ok::<_, PitchError>(self.lead_in.clearance_m - clearance_m)
+        };
+        let depths_m = [depth_m(low.pitch_m)?, depth_m(feasible_m)?];
+        if !(depths_m[0] > 0.0 && depths_m[1] < 0.0) {
+            return Ok(None);
+        }
+        let ends_m = [low.pitch_m, feasible_m];
+        // A pitch without a dragon counts as too deep.
+        let (_, guess_m) = crossing(ends_m, depths_m, TOLERANCE_M, |pitch_m| depth_m(pitch_m).unwrap_or(f64::INFINITY));
+        Ok(Some(guess_m))
     }
 
     /// Tries a pitch on the whole lead-in; `None` if it is feasible. `last` is the last one that is not.
@@ -155,12 +189,15 @@ impl Hills<'_> {
         links: f64,
     ) -> Result<Option<Option<Tried>>, PitchError> {
         let PitchLimit::Contact(contact) = last.limit else { return Ok(None) };
-        let reach_m = links * self.lead_in.dimensions.link_m(0);
-        let around = |dragon: &Dragon| {
-            let travel_m = dragon.route().travel(LeadIn::parameter(pitch_m, last.radius_m));
-            [travel_m - reach_m, travel_m + reach_m]
-        };
+        let around = |dragon: &Dragon| self.around(dragon, pitch_m, last, links);
         self.contact(meter, pitch_m, contact.benches[1] + FURTHER_BENCHES, around).map(Some)
+    }
+
+    /// The travels around the place of the last contact, up to this many lengths of the head's link away.
+    fn around(&self, dragon: &Dragon, pitch_m: f64, last: &Tried, links: f64) -> [f64; 2] {
+        let travel_m = dragon.route().travel(LeadIn::parameter(pitch_m, last.radius_m));
+        let reach_m = links * self.lead_in.dimensions.link_m(0);
+        [travel_m - reach_m, travel_m + reach_m]
     }
 
     /// The first contact of the foremost benches between two travels of the lead-in, or the reason for which they cannot walk to the
@@ -172,23 +209,31 @@ impl Hills<'_> {
         benches: usize,
         span_m: impl Fn(&Dragon) -> [f64; 2],
     ) -> Result<Option<Tried>, PitchError> {
-        let LeadIn { dimensions, start_turns, circle_radius_m, clearance_m, .. } = self.lead_in;
-        let dimensions = dimensions.with_benches(benches.min(dimensions.benches()));
-        let spec = SpiralSpec { pitch_m, start_turns };
-        let family = self.plan.lead_in(spec, 2.0 * circle_radius_m, dimensions.links_m());
-        let family = family.map_err(|error| PitchError::on_route(pitch_m, error))?;
-        let dragon = match Dragon::with_meter(dimensions, Arc::clone(family.route()), meter.clone()) {
-            Ok(dragon) if dragon.feasible_end() == FeasibleEnd::RouteEnd => dragon,
-            Err(DragonError::TooMuchWork(spent)) => return Err(PitchError::TooMuchWork { pitch_m, spent }),
-            Err(DragonError::Ground(gap)) => return Err(PitchError::Ground { pitch_m, gap }),
-            _ => return Ok(Some(Tried { pitch_m, limit: PitchLimit::Stop, radius_m: 0.0 })),
+        let dragon = match self.dragon(meter, pitch_m, benches)? {
+            Ok(dragon) => dragon,
+            Err(tried) => return Ok(Some(tried)),
         };
         let [from_m, to_m] = span_m(&dragon);
-        let contact = first_within(&dragon, clearance_m, from_m, to_m);
+        let contact = first_within(&dragon, self.lead_in.clearance_m, from_m, to_m);
         let contact = contact.map_err(|spent| PitchError::TooMuchWork { pitch_m, spent })?;
         Ok(contact.map(|contact| {
             let radius_m = LeadIn::radius_m(pitch_m, dragon.route().parameter(contact.travel_m));
             Tried { pitch_m, limit: PitchLimit::Contact(contact), radius_m }
         }))
+    }
+
+    /// The foremost benches on their lead-in, or the reason for which they cannot walk to the circle.
+    fn dragon(&self, meter: &Meter, pitch_m: f64, benches: usize) -> Result<Result<Dragon, Tried>, PitchError> {
+        let LeadIn { dimensions, start_turns, circle_radius_m, .. } = self.lead_in;
+        let dimensions = dimensions.with_benches(benches.min(dimensions.benches()));
+        let spec = SpiralSpec { pitch_m, start_turns };
+        let family = self.plan.lead_in(spec, 2.0 * circle_radius_m, dimensions.links_m());
+        let family = family.map_err(|error| PitchError::on_route(pitch_m, error))?;
+        match Dragon::with_meter(dimensions, Arc::clone(family.route()), meter.clone()) {
+            Ok(dragon) if dragon.feasible_end() == FeasibleEnd::RouteEnd => Ok(Ok(dragon)),
+            Err(DragonError::TooMuchWork(spent)) => Err(PitchError::TooMuchWork { pitch_m, spent }),
+            Err(DragonError::Ground(gap)) => Err(PitchError::Ground { pitch_m, gap }),
+            _ => Ok(Err(Tried { pitch_m, limit: PitchLimit::Stop, radius_m: 0.0 })),
+        }
     }
 }
