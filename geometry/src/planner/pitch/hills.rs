@@ -116,10 +116,11 @@ impl Hills<'_> {
     fn between(&self, meter: &Meter, mut low: Tried, feasible_m: f64) -> Result<SmallestPitch, PitchError> {
         loop {
             let (mut end_m, guess_m) = (feasible_m, self.guess(meter, &low, feasible_m)?);
-            let mut is_clear = |low: &mut Tried, pitch_m| {
-                let found = match self.trial_near(meter, pitch_m, low, NEARER_LINKS) {
-                    Ok(None) => self.trial(meter, pitch_m, low),
-                    near => near.map(Option::flatten),
+            let is_clear = |low: &mut Tried, pitch_m| {
+                let found = if matches!(low.limit, PitchLimit::Contact(_)) {
+                    self.trial_near(meter, pitch_m, low, NEARER_LINKS)
+                } else {
+                    self.trial(meter, pitch_m, low)
                 };
                 let found = found.map_err(|error| error.undecided_above(low.pitch_m))?;
                 *low = found.unwrap_or(*low);
@@ -165,7 +166,7 @@ impl Hills<'_> {
     /// Tries a pitch on the whole lead-in; `None` if it is feasible. `last` is the last one that is not.
     fn trial(&self, meter: &Meter, pitch_m: f64, last: &Tried) -> Result<Option<Tried>, PitchError> {
         let LeadIn { dimensions, circle_radius_m, .. } = self.lead_in;
-        if let Some(tried) = self.trial_near(meter, pitch_m, last, NEAR_LINKS)?.flatten() {
+        if let Some(tried) = self.trial_near(meter, pitch_m, last, NEAR_LINKS)? {
             return Ok(Some(tried));
         }
         let last_m = LAST_TURNS * TAU * (circle_radius_m + LAST_TURNS * pitch_m);
@@ -180,17 +181,11 @@ impl Hills<'_> {
         self.contact(meter, pitch_m, benches, |dragon| [dragon.start_travel_m(), dragon.end_travel_m()])
     }
 
-    /// Tries a pitch near the place of the last contact, with the benches up to its pair; `None` if the last pitch had no contact.
-    fn trial_near(
-        &self,
-        meter: &Meter,
-        pitch_m: f64,
-        last: &Tried,
-        links: f64,
-    ) -> Result<Option<Option<Tried>>, PitchError> {
+    /// Tries a pitch near the place of the last contact, with the benches up to its pair; nothing is tried if the last pitch had none.
+    fn trial_near(&self, meter: &Meter, pitch_m: f64, last: &Tried, links: f64) -> Result<Option<Tried>, PitchError> {
         let PitchLimit::Contact(contact) = last.limit else { return Ok(None) };
         let around = |dragon: &Dragon| self.around(dragon, pitch_m, last, links);
-        self.contact(meter, pitch_m, contact.benches[1] + FURTHER_BENCHES, around).map(Some)
+        self.contact(meter, pitch_m, contact.benches[1] + FURTHER_BENCHES, around)
     }
 
     /// The travels around the place of the last contact, up to this many lengths of the head's link away.
