@@ -75,7 +75,7 @@ impl ConfigDocument {
     /// A document whose ground is a map, of which its tables keep the heights under the route.
     fn with_heights_under_route(mut tables: Document, ground: Ground) -> Result<Self, ConfigError> {
         let table = std::mem::take(&mut tables.ground);
-        Self::on_map(tables, table, Arc::new(ground))
+        Self::on_map(tables, &table, Arc::new(ground))
     }
 
     /// The document of other tables on the same map, if the document has one.
@@ -85,12 +85,12 @@ impl ConfigDocument {
     pub(super) fn with_route_of(&self, mut tables: Document) -> Result<Self, ConfigError> {
         let Some(map) = &self.map else { return Self::check(tables) };
         let table = std::mem::take(&mut tables.ground);
-        let document = Self::on_map(tables, table, Arc::clone(map))?;
+        let document = Self::on_map(tables, &table, Arc::clone(map))?;
         document.require_short()?;
         Ok(document)
     }
 
-    fn on_map(tables: Document, table: GroundTable, map: Arc<Ground>) -> Result<Self, ConfigError> {
+    fn on_map(tables: Document, table: &GroundTable, map: Arc<Ground>) -> Result<Self, ConfigError> {
         let mut document = Self::check(tables)?;
         document.route.ground = Some(Arc::clone(&map));
         let mut tables = document.tables.clone();

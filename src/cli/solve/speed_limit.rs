@@ -87,11 +87,9 @@ fn passage(
     planned: Option<Config>,
 ) -> anyhow::Result<(Config, Result<Arc<Dragon>, Infeasible>)> {
     let plan = &args.plan;
-    if let Some(config) = planned {
-        if config.route().as_turnaround().is_none() {
-            let dragon = Arc::new(config.lead().metered(&args.answer.work.meter()));
-            return Ok((config, Ok(dragon)));
-        }
+    if let Some(config) = planned.filter(|config| config.route().as_turnaround().is_none()) {
+        let dragon = Arc::new(config.lead().metered(&args.answer.work.meter()));
+        return Ok((config, Ok(dragon)));
     }
     let (config, _, turn) = planned_turn(plan, args.answer.work)?;
     let passage = passage_through(turn, *config.lead().dimensions(), &args.answer.work.meter());
@@ -129,7 +127,7 @@ fn answer(largest: &Result<LargestRatio, Infeasible>, limit_mps: f64, config: &C
                 RouteShape::Spiral(_) => {
                     "on all of the planned run (--turn-diameter computes a passage through a turn instead)"
                 }
-                _ => "on all of the planned run",
+                RouteShape::Path(_) => "on all of the planned run",
             };
             let answer = SpeedLimitAnswer { infeasible: Some(reason.to_string()), ..SpeedLimitAnswer::default() };
             (answer, format!("infeasible {of_what}: {reason}"))
