@@ -85,9 +85,9 @@ await withBrowser(async (browser) => {
   await reads(page, '#ask-state', /“circle”, “ratio of radii” or “pitch” makes it one/);
 
   // A cancelled question ends its process; a newer one takes the place of an older one.
-  // That of a long dragon takes minutes, far longer than the drag.
+  // That of a long dragon takes ten minutes of a core, far longer than the drag also on a busy machine.
   await page.click('#edit-tab');
-  await page.fill('#text', opened.replace('benches = 40', 'benches = 400').replace('end_s = 360.0\n', ''));
+  await page.fill('#text', opened.replace('benches = 40', 'benches = 4000').replace('end_s = 360.0\n', ''));
   await page.click('#ask-tab');
   await ask(page, 'Sensitivity');
   await page.fill('#ask-options input[name=steps]', '100');
