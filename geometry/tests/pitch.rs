@@ -282,7 +282,7 @@ fn ground_that_is_too_small_is_named_with_the_first_pitch_that_leads_beyond_it()
 fn on_hills_a_spent_meter_tells_up_to_which_pitch_none_is_feasible() {
     let plan = plan_on(plane(0.4, -0.3));
     let found = smallest_pitch_on(&plan, &paper_benches(60), 8.0, 6.0, 0.0, &Meter::of(2_000_000));
-    let Err(PitchError::TooMuchWork { pitch_m, .. }) = found else { panic!("{found:?}") };
+    let Err(PitchError::HillsUndecided { pitch_m, .. }) = found else { panic!("{found:?}") };
     let smallest = smallest_pitch_on(&plan, &paper_benches(60), 8.0, 6.0, 0.0, &Meter::unlimited()).expect("a pitch");
     assert!(pitch_m < smallest.pitch_m, "{pitch_m}, {smallest:?}");
 }

@@ -93,6 +93,20 @@ fn a_guarded_head_is_repositioned_only_where_its_guard_has_proved_it() {
     assert_eq!(after(motion, 2000).head().travel_m, 300.5);
 }
 
+/// A grant for the seek before may be under way when the next seek is asked for, and come after that one's grant.
+#[test]
+fn a_late_grant_for_an_earlier_seek_does_not_replace_that_of_the_last_one() {
+    let (earlier, last) = (Request::Seek { show_time_s: 300.0 }, Request::Seek { show_time_s: 100.0 });
+    let mut motion = start(guarded());
+    assert_eq!(motion.request(earlier), Err(Refusal::NotProved));
+    assert_eq!(motion.request(last), Err(Refusal::NotProved));
+    grant(&mut motion, 100.0, 100.5).expect("the grant is for this run");
+    grant(&mut motion, 300.0, 300.5).expect("the grant is for this run");
+    assert_eq!(motion.clone().request(earlier), Err(Refusal::NotProved));
+    motion.request(last).expect("the target is proved");
+    assert_eq!(motion.limits().granted_to_m, Some(100.5));
+}
+
 #[test]
 fn grants_for_a_seek_are_joined_where_they_touch_and_otherwise_the_last_one_counts() {
     for (grants, show_time_s, granted_to_m) in [

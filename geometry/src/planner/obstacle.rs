@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 use std::fmt::{self, Display, Formatter};
 use std::ops::RangeInclusive;
+use std::sync::Arc;
 
 use super::infeasible::Infeasible;
 use super::passage::{Staging, passage};
@@ -183,14 +184,15 @@ impl TurnCheck {
 
 /// A dragon that walks the whole turn, from its entry up to a travel in the plan.
 fn walked(meter: &Meter, turn: &PlannedTurn, plan_m: f64, dimensions: Dimensions) -> Result<Dragon, Blocked> {
+    let route = turn.route_in_plan(dimensions, meter, 0.0, plan_m).map_err(Infeasible::from)?;
     let placing = meter.part(meter.left().min(PLACING_STEPS));
-    let placed = turn.walked_in_plan(dimensions, &placing, 0.0, plan_m);
+    let placed = Dragon::with_meter(dimensions, Arc::new(route), placing.clone());
     meter.add(placing.done());
     let dragon = match placed {
-        Err(Infeasible::TooMuchWork(spent)) if !meter.is_spent() => {
-            return Err(Blocked::By(Obstacle::Dragon(DragonError::TooMuchWork(spent))));
+        Err(error @ DragonError::TooMuchWork(_)) if !meter.is_spent() => {
+            return Err(Blocked::By(Obstacle::Dragon(error)));
         }
-        placed => placed?.metered(meter),
+        placed => placed.map_err(Infeasible::from)?.metered(meter),
     };
     let (travel_m, end) = (dragon.end_travel_m(), dragon.feasible_end());
     let (FeasibleEnd::HandleStops { handle } | FeasibleEnd::HandleJumps { handle }) = end else { return Ok(dragon) };

@@ -1,5 +1,7 @@
 //! The passage of a whole dragon through a turn, and its limits on clearance and speed.
 
+use std::sync::Arc;
+
 use super::infeasible::Infeasible;
 use super::least_clearance::{ClosestApproach, least_clearance};
 use super::planned_turn::PlannedTurn;
@@ -119,7 +121,8 @@ pub(super) fn passage(turn: &PlannedTurn, dimensions: Dimensions, meter: &Meter)
     // If the curvature is under 2 / link, it bounds the arc behind the head. Otherwise the length is doubled.
     let mut plan_m = turn_m + ARC_PER_CHORD * links_m;
     for _ in 0..MAX_DOUBLINGS {
-        let walked = turn.walked_in_plan(dimensions, meter, from_m, plan_m);
+        let route = Arc::new(turn.route_in_plan(dimensions, meter, from_m, plan_m)?);
+        let walked = Dragon::with_meter(dimensions, route, meter.clone()).map_err(Infeasible::from);
         // The ground may end only after the last handle has left the S.
         let gap = match walked {
             Err(Infeasible::Dragon(DragonError::Ground(gap))) if gap.travel_m > turn_m => Some(gap),

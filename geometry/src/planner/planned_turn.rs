@@ -49,29 +49,33 @@ impl PlannedTurn {
         from_m: f64,
         to_m: f64,
     ) -> Result<Dragon, Infeasible> {
-        let route = self.route(dimensions, from_m, to_m)?;
+        let route = self.route(dimensions, meter, from_m, to_m)?;
         Ok(Dragon::with_meter(dimensions, Arc::new(route), meter.clone())?)
     }
 
-    /// The same up to a travel in the plan, of 0 or more.
-    pub(super) fn walked_in_plan(
+    /// The route from a travel up to one in the plan, of 0 or more, for a dragon of these dimensions. The meter counts the work for its
+    /// heights.
+    ///
+    /// # Errors
+    /// The ground ends where travel is measured from, or the route is too long for it.
+    pub(super) fn route_in_plan(
         &self,
         dimensions: Dimensions,
         meter: &Meter,
         from_m: f64,
         plan_m: f64,
-    ) -> Result<Dragon, Infeasible> {
+    ) -> Result<Route, RouteError> {
         let longest_m = if self.ground.is_some() { plan_m * MAX_SLOPE.hypot(1.0) } else { plan_m };
-        let route = self.route(dimensions, from_m, longest_m)?;
+        let route = self.route(dimensions, meter, from_m, longest_m)?;
         let to_m = route.in_space(plan_m);
-        Ok(Dragon::with_meter(dimensions, Arc::new(route.between(from_m, to_m)?), meter.clone())?)
+        route.between(from_m, to_m)
     }
 
-    fn route(&self, dimensions: Dimensions, from_m: f64, to_m: f64) -> Result<Route, RouteError> {
+    fn route(&self, dimensions: Dimensions, meter: &Meter, from_m: f64, to_m: f64) -> Result<Route, RouteError> {
         let turnaround = self.turnaround.between(from_m, to_m).expect("the travels are finite and in order");
-        match &self.ground {
-            None => Ok(turnaround.route()),
-            Some(ground) => turnaround.route().on_ground(ground, from_m, Some(to_m), dimensions.links_m()),
-        }
+        let Some(ground) = &self.ground else { return Ok(turnaround.route()) };
+        let route = turnaround.route().on_ground(ground, from_m, Some(to_m), dimensions.links_m())?;
+        meter.add(route.steps_of_heights());
+        Ok(route)
     }
 }

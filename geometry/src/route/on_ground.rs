@@ -17,6 +17,8 @@ const ROOM_PER_LENGTH: f64 = 2.0;
 const EQUALLY_STEEP: f64 = 1e-9;
 /// Further room, in metres.
 const ROOM_M: f64 = 20.0;
+/// Work for the construction of a piece of the profile, in steps.
+const STEPS_PER_PIECE: u64 = 40;
 
 /// Error: the ground ends on the part of the route that a dragon would walk.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
@@ -147,6 +149,11 @@ impl Route {
     /// Whether the route is on ground that is not flat.
     pub fn is_on_ground(&self) -> bool {
         self.profile.is_some()
+    }
+
+    /// Work for the construction of the heights along the route, in steps; 0 without ground.
+    pub(crate) fn steps_of_heights(&self) -> u64 {
+        self.profile.as_ref().map_or(0, |profile| STEPS_PER_PIECE * profile.pieces() as u64)
     }
 
     /// The heights along a route on ground.

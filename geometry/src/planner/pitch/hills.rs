@@ -2,9 +2,9 @@
 //!
 //! On hills no witness at one pitch proves anything about the next: each pitch leads over other heights. So pitches are tried, from
 //! the lowest possible one on, [`STEPS_PER_PITCH`] for each multiple of e. The step before the first feasible one is bisected, first
-//! beside the pitch at which the pair of the last contact just touches. Most
-//! pitches have their contact where the pitch before had it, so a search near that place comes first. A search of the last turn before
-//! the circle, where most contacts are, comes before that of the whole lead-in. Both are of the foremost benches alone.
+//! beside the pitch at which the pair of the last contact just touches. Most pitches have their contact where the pitch before had it, so
+//! a search near that place comes first. A search of the last turn before the circle, where most contacts are, comes before that of the
+//! whole lead-in. Both are of the foremost benches alone.
 //!
 //! *Guarantee.* The answer is feasible, and a pitch just below it is not. Feasible pitches between two that were tried are missed.
 
@@ -60,9 +60,14 @@ pub fn smallest_pitch_on(
     let pitch_m = |number: usize| least_m * (number as f64 / STEPS_PER_PITCH).exp();
     let limit = if start_m >= width_m { PitchLimit::Start } else { PitchLimit::Width };
     let mut last = Tried { pitch_m: least_m, limit, radius_m: 0.0 };
-    for first in (0..).step_by(AT_A_TIME) {
-        let found = on_all_cores(meter, AT_A_TIME, |i, own| hills.trial(own, pitch_m(first + i), &last));
-        let is_complete = found.len() == AT_A_TIME;
+    let mut first = 0;
+    loop {
+        let count = (first..first + AT_A_TIME).take_while(|&number| pitch_m(number) <= MAX_PITCH_M).count();
+        if count == 0 {
+            return Err(PitchError::NoPitch { turn_diameter_m });
+        }
+        let found = on_all_cores(meter, count, |i, own| hills.trial(own, pitch_m(first + i), &last));
+        let is_complete = found.len() == count;
         for (number, tried) in (first..).zip(found) {
             match tried.map_err(|error| error.undecided_above(last.pitch_m))? {
                 Some(tried) => last = tried,
@@ -71,13 +76,10 @@ pub fn smallest_pitch_on(
             }
         }
         if !is_complete {
-            return Err(PitchError::TooMuchWork { pitch_m: last.pitch_m, spent: meter.spent(0.0) });
+            return Err(PitchError::HillsUndecided { pitch_m: last.pitch_m, spent: meter.spent(0.0) });
         }
-        if pitch_m(first + AT_A_TIME) > MAX_PITCH_M {
-            return Err(PitchError::NoPitch { turn_diameter_m });
-        }
+        first += AT_A_TIME;
     }
-    unreachable!("the pitches grow beyond the greatest one")
 }
 
 /// A pitch that is not feasible.
@@ -98,9 +100,13 @@ impl PitchError {
         }
     }
 
-    /// The same error, whose search has found no feasible pitch up to `low_m`.
+    /// The same error, whose search has tried no feasible pitch up to `low_m`.
     fn undecided_above(self, low_m: f64) -> Self {
-        if let Self::TooMuchWork { spent, .. } = self { Self::TooMuchWork { pitch_m: low_m, spent } } else { self }
+        if let Self::HillsUndecided { spent, .. } = self {
+            Self::HillsUndecided { pitch_m: low_m, spent }
+        } else {
+            self
+        }
     }
 }
 
@@ -210,7 +216,7 @@ impl Hills<'_> {
         };
         let [from_m, to_m] = span_m(&dragon);
         let contact = first_within(&dragon, self.lead_in.clearance_m, from_m, to_m);
-        let contact = contact.map_err(|spent| PitchError::TooMuchWork { pitch_m, spent })?;
+        let contact = contact.map_err(|spent| PitchError::HillsUndecided { pitch_m, spent })?;
         Ok(contact.map(|contact| {
             let radius_m = LeadIn::radius_m(pitch_m, dragon.route().parameter(contact.travel_m));
             Tried { pitch_m, limit: PitchLimit::Contact(contact), radius_m }
@@ -224,9 +230,10 @@ impl Hills<'_> {
         let spec = SpiralSpec { pitch_m, start_turns };
         let family = self.plan.lead_in(spec, 2.0 * circle_radius_m, dimensions.links_m());
         let family = family.map_err(|error| PitchError::on_route(pitch_m, error))?;
+        meter.add(family.route().steps_of_heights());
         match Dragon::with_meter(dimensions, Arc::clone(family.route()), meter.clone()) {
             Ok(dragon) if dragon.feasible_end() == FeasibleEnd::RouteEnd => Ok(Ok(dragon)),
-            Err(DragonError::TooMuchWork(spent)) => Err(PitchError::TooMuchWork { pitch_m, spent }),
+            Err(DragonError::TooMuchWork(spent)) => Err(PitchError::HillsUndecided { pitch_m, spent }),
             Err(DragonError::Ground(gap)) => Err(PitchError::Ground { pitch_m, gap }),
             _ => Ok(Err(Tried { pitch_m, limit: PitchLimit::Stop, radius_m: 0.0 })),
         }

@@ -97,12 +97,20 @@ pub enum PitchError {
         turn_diameter_m: f64,
     },
     /// The ground ends before a feasible pitch is found.
-    #[error("no pitch under {pitch_m:.6} m is feasible; at {pitch_m:.6} m {gap}")]
+    #[error("no narrower pitch that was tried is feasible; at {pitch_m:.6} m {gap}")]
     Ground {
         /// The first pitch that leads beyond the ground.
         pitch_m: f64,
         /// Where the ground ends.
         gap: GroundGap,
+    },
+    /// The limit of work is reached before a feasible pitch on hills is tried.
+    #[error("no pitch that was tried is feasible, up to {} m; wider pitches are undecided: {spent}", Number(*pitch_m))]
+    HillsUndecided {
+        /// The greatest pitch that was tried.
+        pitch_m: f64,
+        /// The limit.
+        spent: Spent,
     },
     /// The number of searches exceeds its bound.
     #[error("no pitch up to {} m is feasible; {MAX_SEARCHES} searches did not decide wider pitches", Number(*pitch_m))]

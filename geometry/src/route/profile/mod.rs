@@ -155,6 +155,11 @@ impl Profile {
         self.ends.map(|end| (end.parameter, end.reason))
     }
 
+    /// Number of pieces.
+    pub(super) fn pieces(&self) -> usize {
+        self.pieces.len()
+    }
+
     /// Cells of the ground under the profile.
     pub(super) fn cells(&self) -> &[Cell] {
         &self.cells
