@@ -14,9 +14,9 @@ use bench_dragon::system::processors::Processors;
 use bench_dragon_geometry::clearance::{first_contact, first_within};
 use bench_dragon_geometry::dragon::{ChainSolver, Dragon, Meter};
 use bench_dragon_geometry::planner::{
-    Parameter, QuickestRun, RunLimits, Sensitivity, Setting, Staging, clearance_profile, largest_speed_ratio,
-    least_clearance, near_misses, passage_through, shortest_turn, shortest_turn_with_line, smallest_pitch,
-    walk_through,
+    Parameter, PlannedTurn, QuickestRun, RunLimits, Sensitivity, Setting, Staging, clearance_profile,
+    largest_speed_ratio, least_clearance, near_misses, passage_through, shortest_turn, shortest_turn_with_line,
+    smallest_pitch, smallest_pitch_on, walk_through,
 };
 use bench_dragon_ipc::{FrameHeader, HandleState};
 use proptest::prelude::*;
@@ -52,6 +52,9 @@ const EXTREMES: &[&str] = &[
     "[dragon]\nhead_length_m = 100\nbody_length_m = 0.2\nwidth_m = 0.2\nhole_offset_m = 0.095\nwidth_m = 1\n[route]\npitch_m = 1.1\n",
     "[route]\nkind = \"turnaround\"\nstart_s = -1e6\nend_s = 1e6\n[head]\nspeed_mps = 10\n",
     "[route]\nkind = \"turnaround\"\npitch_m = 0.31\nturn_diameter_m = 6000\n[dragon]\nbenches = 1000\n",
+    // Inclined planes: the paper's spiral and turnaround.
+    "[ground]\nrise_x = 0.3\nrise_y = -0.2\n",
+    "[route]\nkind = \"turnaround\"\n[ground]\nrise_x = 0.3\nrise_y = -0.2\n",
     // A ring of many laps, and a dragon that stands on five hundred of them.
     "[dragon]\nbenches = 10000\n[route]\nkind = \"path\"\nclosed = true\nlaps = 10000\n[[route.segments]]\nkind = \"arc\"\n\
      radius_m = 5\nturn_deg = 360\n",
@@ -149,30 +152,38 @@ fn is_bounded(text: &str) -> bool {
     ask("the pitch", &|meter| {
         let _ = black_box(smallest_pitch(dragon.dimensions(), 16.0, 9.0, 0.0, meter));
     });
+    ask("the smallest pitch on the ground", &|meter| {
+        let _ = black_box(smallest_pitch_on(config.route(), dragon.dimensions(), 16.0, 9.0, 0.0, meter));
+    });
+    // Neighbours of neighbours are nearer than that at every pitch.
+    ask("a pitch on the ground that no spiral has", &|meter| {
+        let _ = black_box(smallest_pitch_on(config.route(), dragon.dimensions(), 16.0, 9.0, 10.0, meter));
+    });
     ask("the smallest pitch with a clearance", &|meter| {
         let _ = black_box(smallest_pitch(dragon.dimensions(), 16.0, 9.0, 0.05, meter));
     });
     let turnaround = config.route().planned_turnaround(config.tables().head.speed_mps);
     if let Some(turnaround) = turnaround.expect("a valid configuration has a route") {
+        let turn = || PlannedTurn::on(turnaround, config.route().ground.clone());
         let dimensions = *dragon.dimensions();
         ask("the passage", &|meter| {
-            let _ = black_box(passage_through(turnaround, dimensions, meter));
+            let _ = black_box(passage_through(turn(), dimensions, meter));
         });
         ask("the turn", &|meter| {
-            black_box(walk_through(turnaround, dimensions, Staging::LIMITLESS, meter, |_| ()));
+            black_box(walk_through(turn(), dimensions, Staging::LIMITLESS, meter, |_| ()));
         });
         let staging = Staging { clearance_m: 0.05, speed_ratio: 2.0 };
         ask("the turn within limits", &|meter| {
-            black_box(walk_through(turnaround, dimensions, staging, meter, |_| ()));
+            black_box(walk_through(turn(), dimensions, staging, meter, |_| ()));
         });
         ask("the shortest turn within limits", &|meter| {
-            let _ = black_box(shortest_turn(turnaround, dimensions, staging, meter, |_| ()));
+            let _ = black_box(shortest_turn(turn(), dimensions, staging, meter, |_| ()));
         });
         ask("the shortest turn with a line", &|meter| {
-            let _ = black_box(shortest_turn_with_line(turnaround, dimensions, staging, None, meter, |_| ()));
+            let _ = black_box(shortest_turn_with_line(turn(), dimensions, staging, None, meter, |_| ()));
         });
         ask("the shortest turn", &|meter| {
-            let _ = black_box(shortest_turn(turnaround, dimensions, Staging::LIMITLESS, meter, |_| ()));
+            let _ = black_box(shortest_turn(turn(), dimensions, Staging::LIMITLESS, meter, |_| ()));
         });
     }
     let setting = Setting {
