@@ -1,7 +1,7 @@
 //! Cues: server, guard and cues together, tick by tick, without a bus.
 
 use bench_dragon::config::{Config, Cue};
-use bench_dragon::safety::guard::{ClearanceCheck, Guard};
+use bench_dragon::safety::guard::{Asked, ClearanceCheck, Guard};
 use bench_dragon::source::server::motion::HeadState;
 use bench_dragon::source::server::{ReachedCue, ServerSettings, Simulation, TickInputs};
 use bench_dragon_ipc::{FrameHeader, Refusal, Request, RunStart, ShowState, Stop};
@@ -377,11 +377,11 @@ proptest! {
             if let Some(nearest) = check.nearest(header.course_m) {
                 prop_assert!(nearest.clearance_m >= margin_m, "{nearest:?} at {} m", header.course_m);
             }
-            let asked_m = night.simulation.motion().limits().asked_m;
+            let asked = night.simulation.motion().limits().asked_m.map(|travel_m| Asked { travel_m, tick });
             for _ in 0..3 {
-                let Some(grant) = guard.advance(&header, asked_m) else { break };
+                let Some(grant) = guard.advance(&header, asked) else { break };
                 prop_assert_eq!(night.ask(grant), Ok(()));
-                prop_assert!(guard.note_reply(grant, Ok(tick)));
+                prop_assert!(guard.note_reply(grant, Ok(tick + 1)));
             }
             if header.show_state() == Some(ShowState::Waiting) && waited.last() != Some(&header.course_m) {
                 waited.push(header.course_m);

@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use bench_dragon::config::Config;
-use bench_dragon::safety::guard::{ClearanceCheck, Guard};
+use bench_dragon::safety::guard::{Asked, ClearanceCheck, Guard};
 use bench_dragon::safety::monitor::Monitor;
 use bench_dragon::source::server::motion::MotionPlan;
 use bench_dragon::source::server::{ServerSettings, Simulation};
@@ -74,9 +74,10 @@ impl<'a> Rehearsal<'a> {
 
     fn guard_sees(&mut self, header: &FrameHeader) {
         let Some(guard) = &mut self.guard else { return };
-        let asked_m = self.simulation.motion().limits().asked_m;
+        let tick = self.tick - 1;
+        let asked = self.simulation.motion().limits().asked_m.map(|travel_m| Asked { travel_m, tick });
         for _ in 0..3 {
-            let Some(grant) = guard.advance(header, asked_m) else { return };
+            let Some(grant) = guard.advance(header, asked) else { return };
             self.simulation.request(grant).expect("the grant is on the course");
             assert!(guard.note_reply(grant, Ok(self.tick)), "not a grant: {grant:?}");
         }

@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use bench_dragon::config::Config;
-use bench_dragon::safety::guard::{ClearanceCheck, FAULT_M, Guard};
+use bench_dragon::safety::guard::{Asked, ClearanceCheck, FAULT_M, Guard};
 use bench_dragon::source::server::motion::{HeadState, Motion, MotionPlan, MotionSettings};
 use bench_dragon_geometry::clearance::{PairClearance, play_reach_m};
 use bench_dragon_geometry::dragon::Dragon;
@@ -94,8 +94,9 @@ impl<'a> Rehearsal<'a> {
     }
 
     fn guard_sees(&mut self, header: &FrameHeader, asked_m: Option<f64>) {
+        let asked = asked_m.map(|travel_m| Asked { travel_m, tick: header.tick });
         for _ in 0..3 {
-            let Some(grant) = self.guard.advance(header, asked_m) else { return };
+            let Some(grant) = self.guard.advance(header, asked) else { return };
             self.motion.request(grant).expect("the grant is for this run and within it");
             assert!(self.guard.note_reply(grant, Ok(self.tick)), "not a grant: {grant:?}");
         }
@@ -348,6 +349,35 @@ fn a_grant_reaches_one_and_a_half_horizons_and_the_braking_distance_ahead() {
         assert!((to_m - expected_m).abs() < 1e-9, "{text}: to {to_m} m, expected {expected_m} m");
         assert_eq!((from_m, is_final), (100.0, false), "{text}");
     }
+}
+
+/// A grant for an earlier seek may be under way when the last seek is refused, and come after the grant for that one.
+#[test]
+fn a_grant_that_a_late_one_has_replaced_is_given_again() {
+    let config = Config::from_toml("[monitor]\nguard = true\n").expect("a valid configuration");
+    let mut rehearsal = Rehearsal::new(&config, 10.0, 0);
+    let _ = rehearsal.play();
+    let ask = |rehearsal: &mut Rehearsal<'_>, show_time_s| {
+        assert_eq!(rehearsal.motion.request(Request::Seek { show_time_s }), Err(Refusal::NotProved));
+        let asked = rehearsal.motion.limits().asked_m.map(|travel_m| Asked { travel_m, tick: rehearsal.tick });
+        let header = rehearsal.motion.head().header(RUN_ID, rehearsal.tick, 0, 1.0, 0);
+        let grant = rehearsal.guard.advance(&header, asked).expect("a grant for the target");
+        rehearsal.tick += 1;
+        assert!(rehearsal.guard.note_reply(grant, Ok(rehearsal.tick)));
+        // A status from before the grant asks for nothing new.
+        assert_eq!(rehearsal.guard.advance(&header, asked), None);
+        grant
+    };
+    let late = ask(&mut rehearsal, 300.0);
+    for _ in 0..2 {
+        let grant = ask(&mut rehearsal, 100.0);
+        for grant in [grant, late] {
+            rehearsal.motion.request(grant).expect("the grant is for this run");
+        }
+    }
+    let grant = ask(&mut rehearsal, 100.0);
+    rehearsal.motion.request(grant).expect("the grant is for this run");
+    rehearsal.motion.request(Request::Seek { show_time_s: 100.0 }).expect("the target is proved");
 }
 
 #[test]

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::rc::Rc;
 use std::sync::Arc;
 
-use bench_dragon::safety::guard::{ClearanceCheck, Guard};
+use bench_dragon::safety::guard::{Asked, ClearanceCheck, Guard};
 use bench_dragon::safety::monitor::Monitor;
 use bench_dragon_ipc::{
     Alert, AlertKind, ContinuityTracker, FrameHeader, ReaderReport, Refusal, ReportCount, Request, ShowState, Status,
@@ -206,7 +206,7 @@ impl GuardThread<'_> {
         } else {
             let status = status.filter(|status| status.run_id == header.run_id);
             self.advanced = Some(header);
-            self.guard.advance(&header, status.and_then(Status::asked))
+            self.guard.advance(&header, status.and_then(Asked::of))
         };
         let Some(request) = request else { return GuardStep::Wait };
         let number = self.next_ask;

@@ -17,7 +17,7 @@ use bench_dragon_geometry::clearance::{
 use bench_dragon_geometry::dragon::{Board, ChainSolver, Handle, Meter};
 use bench_dragon_geometry::formation::Formation;
 use bench_dragon_geometry::stage::Stage;
-use bench_dragon_ipc::{FrameHeader, Refusal, Request, ShowState};
+use bench_dragon_ipc::{FrameHeader, Refusal, Request, ShowState, Status};
 
 use crate::config::Config;
 
@@ -54,6 +54,22 @@ pub struct FinalRest {
     pub border: Option<Standing>,
 }
 
+/// The target of a refused seek that no grant contains yet, by a status of the source.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Asked {
+    /// Travel in metres.
+    pub travel_m: f64,
+    /// Tick of the status.
+    pub tick: u64,
+}
+
+impl Asked {
+    /// Returns what a status asks for, if it does.
+    pub fn of(status: &Status) -> Option<Self> {
+        status.asked().map(|travel_m| Self { travel_m, tick: status.tick })
+    }
+}
+
 /// The guard of one run.
 #[derive(Debug)]
 pub struct Guard<'a> {
@@ -86,8 +102,17 @@ pub struct Guard<'a> {
 #[derive(Debug)]
 struct Granting<'a> {
     proven: ProvenCourse<'a>,
-    /// End of the last grant that the server has taken, and whether that grant is final.
-    granted: Option<(f64, bool)>,
+    /// The last grant that the server has taken.
+    granted: Option<Granted>,
+}
+
+/// A grant that the server has taken.
+#[derive(Clone, Copy, Debug)]
+struct Granted {
+    to_m: f64,
+    is_final: bool,
+    /// The tick in which the server took it.
+    tick: u64,
 }
 
 impl<'a> Guard<'a> {
@@ -115,7 +140,7 @@ impl<'a> Guard<'a> {
 
     /// Takes a frame of the run, and the target of a refused seek. Proves more travel if it is needed, and returns a grant for
     /// the server. Returns the grant again until [`Guard::note_reply`] confirms it.
-    pub fn advance(&mut self, header: &FrameHeader, asked_m: Option<f64>) -> Option<Request> {
+    pub fn advance(&mut self, header: &FrameHeader, asked: Option<Asked>) -> Option<Request> {
         if self.takes_no_grants {
             return None;
         }
@@ -125,7 +150,7 @@ impl<'a> Guard<'a> {
         let (run_id, travel_m) = (self.run_id, header.course_m);
         let horizon_m = self.horizon_m(header.time_scale);
         self.update_present(travel_m);
-        self.prepare(asked_m);
+        self.prepare(asked);
         let present = self.present.as_mut().and_then(|present| present.next_grant(run_id, travel_m, horizon_m));
         present.or_else(|| self.prepared.as_mut()?.next_grant(run_id, self.asked_m?, horizon_m))
     }
@@ -133,8 +158,8 @@ impl<'a> Guard<'a> {
     /// Notes the source's reply to a grant. Returns whether the source has taken it.
     pub fn note_reply(&mut self, grant: Request, outcome: Result<u64, Refusal>) -> bool {
         match (grant, outcome) {
-            (Request::Grant { from_m, to_m, is_final, .. }, Ok(_)) => {
-                self.note_granted(from_m, to_m, is_final);
+            (Request::Grant { from_m, to_m, is_final, .. }, Ok(tick)) => {
+                self.note_granted(from_m, Granted { to_m, is_final, tick });
                 return true;
             }
             (_, Err(Refusal::Replayed | Refusal::NotGuarded)) => self.takes_no_grants = true,
@@ -144,10 +169,10 @@ impl<'a> Guard<'a> {
         false
     }
 
-    fn note_granted(&mut self, from_m: f64, to_m: f64, is_final: bool) {
+    fn note_granted(&mut self, from_m: f64, granted: Granted) {
         let grantings = [&mut self.present, &mut self.prepared].into_iter().flatten();
         for granting in grantings.filter(|granting| granting.proven.begin_m() == from_m) {
-            granting.granted = Some((to_m, is_final));
+            granting.granted = Some(granted);
         }
     }
 
@@ -198,11 +223,15 @@ impl<'a> Guard<'a> {
         self.refused_m = self.present.is_none().then_some(travel_m);
     }
 
-    /// Begins a proof at a new target of a seek.
-    fn prepare(&mut self, asked_m: Option<f64>) {
+    /// Begins a proof at a new target of a seek. A target that is asked for although the server took a grant for it before is granted
+    /// again: an older grant, which came late, has replaced it.
+    fn prepare(&mut self, asked: Option<Asked>) {
+        let asked_m = asked.map(|asked| asked.travel_m);
         if asked_m != self.asked_m {
             self.asked_m = asked_m;
             self.prepared = asked_m.map_or(self.prepared.take(), |asked_m| self.begin(asked_m));
+        } else if let (Some(asked), Some(prepared)) = (asked, &mut self.prepared) {
+            prepared.granted = prepared.granted.filter(|granted| asked.tick < granted.tick);
         }
     }
 
@@ -217,13 +246,13 @@ impl<'a> Guard<'a> {
 impl Granting<'_> {
     /// Extends the proof, and returns a grant if a head at `travel_m` needs one.
     fn next_grant(&mut self, run_id: u64, travel_m: f64, horizon_m: f64) -> Option<Request> {
-        let is_needed = |(to_m, is_final): (f64, bool)| !is_final && to_m < travel_m + horizon_m;
+        let is_needed = |granted: Granted| !granted.is_final && granted.to_m < travel_m + horizon_m;
         if !self.granted.is_none_or(is_needed) {
             return None;
         }
         self.proven.extend(travel_m + GRANTED_HORIZONS * horizon_m, HANDLES_AT_A_TIME);
         let (from_m, to_m, is_final) = (self.proven.begin_m(), self.proven.end_m(), self.proven.is_whole());
-        let is_new = self.granted.is_none_or(|granted| granted.0 < to_m || is_final);
+        let is_new = self.granted.is_none_or(|granted| granted.to_m < to_m || is_final);
         is_new.then_some(Request::Grant { run_id, from_m, to_m, is_final })
     }
 }

@@ -93,18 +93,19 @@ fn a_guarded_head_is_repositioned_only_where_its_guard_has_proved_it() {
     assert_eq!(after(motion, 2000).head().travel_m, 300.5);
 }
 
-/// A grant for the seek before may be under way when the next seek is asked for, and come after that one's grant.
 #[test]
-fn a_late_grant_for_an_earlier_seek_does_not_replace_that_of_the_last_one() {
-    let (earlier, last) = (Request::Seek { show_time_s: 300.0 }, Request::Seek { show_time_s: 100.0 });
+fn the_target_of_a_refused_seek_is_asked_for_until_a_grant_contains_it() {
     let mut motion = start(guarded());
-    assert_eq!(motion.request(earlier), Err(Refusal::NotProved));
-    assert_eq!(motion.request(last), Err(Refusal::NotProved));
-    grant(&mut motion, 100.0, 100.5).expect("the grant is for this run");
-    grant(&mut motion, 300.0, 300.5).expect("the grant is for this run");
-    assert_eq!(motion.clone().request(earlier), Err(Refusal::NotProved));
-    motion.request(last).expect("the target is proved");
-    assert_eq!(motion.limits().granted_to_m, Some(100.5));
+    for elsewhere_m in [150.0, 350.0] {
+        assert_eq!(motion.request(Request::Seek { show_time_s: 100.0 }), Err(Refusal::NotProved));
+        assert_eq!(motion.limits().asked_m, Some(100.0));
+        grant(&mut motion, 200.0, 200.5).expect("the grant is for this run");
+        assert_eq!(motion.limits().asked_m, Some(100.0));
+        grant(&mut motion, 100.0, 100.5).expect("the grant is for this run");
+        assert_eq!(motion.limits().asked_m, None);
+        // A later grant elsewhere replaces it.
+        grant(&mut motion, elsewhere_m, elsewhere_m + 0.5).expect("the grant is for this run");
+    }
 }
 
 #[test]

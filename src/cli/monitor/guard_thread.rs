@@ -15,7 +15,7 @@ use crossbeam::channel::{self, Receiver, RecvTimeoutError, Sender, TryRecvError}
 use crossbeam::queue::ArrayQueue;
 
 use crate::config::Config;
-use crate::safety::guard::{ClearanceCheck, FinalRest, Guard, STEPS_AT_A_TIME};
+use crate::safety::guard::{Asked, ClearanceCheck, FinalRest, Guard, STEPS_AT_A_TIME};
 use crate::safety::monitor::fault_alert;
 
 /// Period at which the thread reads the status if no frame arrives.
@@ -111,8 +111,8 @@ struct GuardWorker {
     frames: Arc<ArrayQueue<FrameHeader>>,
     has_fault: Arc<AtomicBool>,
     woken: Receiver<()>,
-    /// Travel in metres for which a refused seek needs a grant, by the last status.
-    asked_m: Option<f64>,
+    /// The target of a refused seek that needs a grant, by the last status.
+    asked: Option<Asked>,
 }
 
 impl GuardWorker {
@@ -124,7 +124,7 @@ impl GuardWorker {
     ) -> Result<Self, BusError> {
         let commands = CommandClient::open(domain, "guard")?.sending_as(CommandSender::Guard);
         let status = StatusReader::open(domain, "guard-status")?;
-        Ok(Self { commands, status, frames, has_fault, woken, asked_m: None })
+        Ok(Self { commands, status, frames, has_fault, woken, asked: None })
     }
 
     /// Guards until the owner drops the guard, or until an error or a fault, which is returned.
@@ -152,9 +152,9 @@ impl GuardWorker {
                 return Ok(());
             }
             if let Some(status) = self.status.poll().map_err(GuardNews::Failed)? {
-                self.asked_m = status.asked().filter(|_| status.run_id == header.run_id);
+                self.asked = Asked::of(&status).filter(|_| status.run_id == header.run_id);
             }
-            let Some(grant) = guard.advance(&header, self.asked_m) else { return Ok(()) };
+            let Some(grant) = guard.advance(&header, self.asked) else { return Ok(()) };
             match self.commands.ask(grant, REPLY_TIMEOUT).map(|reply| reply.outcome()) {
                 Ok(outcome) if guard.note_reply(grant, outcome) => {}
                 // The source takes no grants, or the server has restarted or ended.

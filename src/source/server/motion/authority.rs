@@ -36,6 +36,7 @@ pub(super) struct Authority {
     present: Option<Stretch>,
     /// An interval without the head: the guard proved it for a refused seek.
     prepared: Option<Stretch>,
+    /// The target of the last refused seek, until a grant contains it.
     asked_m: Option<f64>,
 }
 
@@ -65,15 +66,10 @@ impl Authority {
             return Err(Refusal::OtherRun);
         }
         let stretch = Stretch { from_m, to_m, is_final };
-        let asked_m = self.asked_m;
-        let holds_asked = |stretch: Stretch| asked_m.is_some_and(|asked_m| stretch.contains(asked_m));
+        self.asked_m = self.asked_m.filter(|&asked_m| !stretch.contains(asked_m));
         let slot = if stretch.contains(travel_m) { &mut self.present } else { &mut self.prepared };
         let known = slot.filter(|known| known.from_m <= to_m && from_m <= known.to_m);
-        // A grant that was under way since an earlier request takes nothing from the last one: the guard would not grant that again.
-        let is_late = known.is_none() && slot.is_some_and(holds_asked) && !holds_asked(stretch);
-        if !is_late {
-            *slot = Some(known.map_or(stretch, |known| known.joined(stretch)));
-        }
+        *slot = Some(known.map_or(stretch, |known| known.joined(stretch)));
         Ok(())
     }
 
