@@ -69,8 +69,11 @@ proptest! {
         (head_m, body_m) in (1.5..4.0_f64, 1.5..2.5_f64),
         (width_m, hole_m) in (0.1..0.4_f64, 0.05..0.3_f64),
         accel_mps2 in prop::option::of(0.2..1.0_f64),
+        pole_share in prop::option::of(0.8..0.99_f64),
     ) {
-        let dimensions = Dimensions::new(benches, head_m, body_m, width_m, hole_m).expect("valid benches");
+        let rigid = Dimensions::new(benches, head_m, body_m, width_m, hole_m).expect("valid benches");
+        let loose = |share| rigid.with_poles(0.05, 0.05 * share).expect("holes within the boards");
+        let dimensions = pole_share.map_or(rigid, loose);
         let setting = Setting { dimensions, route: RouteSpec::from(path), speed_mps: 1.3, accel_mps2 };
         check(&setting, &all(&setting));
     }
@@ -247,6 +250,40 @@ fn acceleration_changes_only_times() {
     }
     assert_eq!(check(&setting, &[Parameter::Accel]), 4);
     assert!(!paper(RouteSpec::from(SpiralSpec::default())).has(Parameter::Accel));
+}
+
+/// The contact with all links long is exact. The bound on all poses has no derivative but those of times.
+#[test]
+fn loose_hinges_have_derivatives_over_their_diameters() {
+    let loose = |setting: Setting, pole_m| {
+        let dimensions = setting.dimensions.with_poles(0.055, pole_m).expect("the poles fit");
+        Setting { dimensions, ..setting }
+    };
+    let planned = loose(paper(RouteSpec::from(SpiralSpec::default())), 0.05);
+    assert_eq!(all(&planned).len(), 8);
+    // The earliest contact has one over the speed, the smallest pitch none over the pitch.
+    assert_eq!(check(&planned, &all(&planned)), 5 * 8 - 1 + 1);
+    let diameters = [Parameter::HoleDiameter, Parameter::PoleDiameter];
+    let responses =
+        Sensitivity { setting: planned, turn_diameter_m: 9.0, range: 0.04, steps: 1, parameters: diameters.to_vec() }
+            .study(&Meter::unlimited(), || ());
+    let keys: Vec<_> = responses.iter().map(|response| response.quantity.key()).collect();
+    let of_rigid = ["least_clearance_m", "largest_speed_ratio", "smallest_pitch_m"];
+    assert_eq!(keys, [&["first_contact_s", "earliest_s", "taut_contact_s"], &of_rigid[..]].concat());
+    for Response { quantity, curves, .. } in responses {
+        for Curve { parameter, derivative, samples, .. } in curves {
+            let values: Vec<f64> = samples.iter().map(|sample| sample.value.clone().expect("the poles fit")).collect();
+            let is_of_play = matches!(quantity, Quantity::EarliestContact | Quantity::TautContact);
+            if !is_of_play {
+                assert_eq!((derivative, values[0], values[2]), (Ok(0.0), values[1], values[1]), "{quantity}");
+                continue;
+            }
+            // More play, an earlier contact.
+            let loosest_first = parameter == Parameter::PoleDiameter;
+            assert_eq!(values.is_sorted(), loosest_first, "{quantity} over {parameter}: {values:?}");
+            assert!(values[0] != values[1] && values[1] != values[2], "{quantity} over {parameter}: {values:?}");
+        }
+    }
 }
 
 #[test]

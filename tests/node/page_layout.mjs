@@ -12,6 +12,8 @@ const SCREENS = {
   low: { viewport: { width: 1280, height: 720 }, colorScheme: 'dark' },
   phone: { viewport: { width: 390, height: 844 }, isMobile: true, hasTouch: true },
 };
+/** A head brakes for as long as it has walked. While it walks again for a page that missed the stop, that page is examined so often. */
+const WALKS = 5;
 /** States in the order in which the test brings them about, and the status that the page has then. */
 const STATES = [
   ['ready', 'ready'],
@@ -39,18 +41,43 @@ await withBrowser(async (browser) => {
   }
   for (const [state, status, tag] of STATES) {
     say({ type: state });
-    for (const shown of pages) await examine(shown, state, status, tag);
+    for (const shown of pages) await (state === 'stopping' ? examineStop(shown) : examine(shown, state, status, tag));
   }
   say({ type: 'passed' });
 });
 
+/** Examines a page while the head brakes. A page that the machine kept from it lets the head walk and stop again. */
+async function examineStop(shown) {
+  for (;;) {
+    await shown.page.waitForFunction(() => ['stopping', 'held'].includes(document.body.dataset.status));
+    const isStopping = () => document.body.dataset.status === 'stopping';
+    if (await shown.page.evaluate(isStopping)) {
+      const measured = await look(shown, 'stopping');
+      if (await shown.page.evaluate(isStopping)) return judge(shown, 'stopping', measured);
+    }
+    say({ type: 'walking' });
+    for (let walk = 0; walk < WALKS; walk += 1) await examine(shown, 'running', 'running');
+    say({ type: 'stopping' });
+  }
+}
+
 async function examine(shown, state, status, tag) {
-  const { name, page } = shown;
-  const where = `${name}, ${state}`;
+  const { page } = shown;
   await stands(page, status);
   if (tag !== undefined) await page.waitForFunction((wanted) => document.querySelector('#danger').textContent === wanted, tag);
+  await judge(shown, state, await look(shown, state));
+}
+
+/** Takes a picture of a page, and measures it. */
+async function look({ name, page }, state) {
   if (pictures !== undefined) await page.screenshot({ path: path.join(pictures, `${name}-${state.replaceAll(' ', '-')}.png`) });
-  const { hold, faults, first } = await page.evaluate(measure, LEAST_PX);
+  return page.evaluate(measure, LEAST_PX);
+}
+
+/** Reports what is wrong in a measured page. */
+async function judge(shown, state, { hold, faults, first }) {
+  const { name, page } = shown;
+  const where = `${name}, ${state}`;
   expect(faults.length === 0, `${where}: ${faults.join('\n')}`);
   shown.hold ??= hold;
   expect(JSON.stringify(hold) === JSON.stringify(shown.hold), `${where}: HOLD moved from ${JSON.stringify(shown.hold)} to ${JSON.stringify(hold)}`);

@@ -39,6 +39,45 @@ fn a_contact_has_three_times_the_guaranteed_the_taut_and_the_nominal_one() {
 }
 
 #[test]
+fn the_sensitivity_has_the_diameters_and_the_contacts_that_the_play_allows() {
+    let stage = stage_with(LOOSE);
+    let contact = solve(&stage, &["contact", "--format", "json"]).expect_clean().last_json();
+    let diameters = ["sensitivity", "--parameter", "hole-diameter,pole-diameter", "--steps", "1"];
+    let answer = solve(&stage, &[&diameters[..], &["--format", "json"]].concat()).expect_clean().last_json();
+    let of = |key: &str| {
+        let quantities = answer["quantities"].as_array().expect("a list").iter();
+        quantities.clone().find(|quantity| quantity["quantity"] == key).unwrap_or_else(|| panic!("no {key}: {answer}"))
+    };
+    assert_eq!(of("first_contact_s")["value"], contact["time_s"]);
+    assert_eq!(of("earliest_s")["value"], contact["earliest_s"]);
+    assert_eq!(of("taut_contact_s")["value"], contact["taut"]["time_s"]);
+    let [hole, pole] = [0, 1].map(|index| &of("taut_contact_s")["parameters"][index]);
+    assert_eq!((&hole["value"], &pole["value"]), (&json!(0.055), &json!(0.05)));
+    assert!(
+        number(&pole["derivative"]) > 20.0 && number(&pole["derivative"]) == -number(&hole["derivative"]),
+        "{answer}"
+    );
+    let proven = &of("earliest_s")["parameters"][0];
+    assert!(proven["derivative"].is_null() && proven["samples"][0]["value"].is_number(), "{answer}");
+    // One line for both parameters.
+    let text = solve(&stage, &diameters).expect_clean().stdout;
+    let note = "– earliest possible contact over hole diameter, pole diameter: it is the end of a proof";
+    assert!(text.contains(note), "{text}");
+    // A pole does not fit into a hole that is thinner, and the other answers remain.
+    let thin = [&diameters[..], &["--range", "20", "--format", "json"]].concat();
+    let answer = solve(&stage, &thin).expect_clean().last_json();
+    let sample = &answer["quantities"][2]["parameters"][0]["samples"][0];
+    let reason = "pole_diameter_m is 0.05, must be above 0 and at most hole_diameter_m 0.044";
+    assert!(
+        sample["value"].is_null() && sample["reason"].as_str().is_some_and(|told| told.starts_with(reason)),
+        "{sample}"
+    );
+    let ended = solve(&stage_with(""), &diameters);
+    let line = "error: --parameter is hole diameter, which a [dragon] without play does not have\n";
+    assert_eq!((ended.code(), ended.stderr.as_str()), (Some(2), line));
+}
+
+#[test]
 fn a_pitch_is_wide_enough_for_every_pose_and_the_nominal_one_is_told_too() {
     let stage = stage_with(LOOSE);
     let args = ["pitch", "--format", "json", "--save-config", "wide.toml"];

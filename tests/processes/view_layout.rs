@@ -11,8 +11,8 @@ use crate::browser::{Browser, View};
 use crate::server::Server;
 use crate::stage::Stage;
 
-/// A head that brakes for ten seconds of wall time, long enough to measure three pages meanwhile.
-const SLOW_TO_STOP: &str = "[head]\naccel_mps2 = 0.05\n";
+/// A head that brakes for up to 25 s of wall time. A page that is not measured meanwhile asks for another stop.
+const SLOW_TO_STOP: &str = "[head]\naccel_mps2 = 0.02\n";
 const SLOW: [&str; 8] = ["--config", "show.toml", "--rate", "60", "--start-at", "50", "--time-scale", "2"];
 
 fn expect_next(page: &mut Process, wanted: &str) {
@@ -22,6 +22,19 @@ fn expect_next(page: &mut Process, wanted: &str) {
 
 fn ask(stage: &Stage, command: &[&str]) {
     assert_eq!(stage.run(&[&["ctl"], command].concat()).code(), Some(0), "{command:?}");
+}
+
+/// Lets the head walk and stop as often as the page asks for it, until the next state.
+fn stop_again_until(stage: &Stage, page: &mut Process, wanted: &str) {
+    let lines = page.json_until("the pages have seen the head brake", |line| {
+        match line["type"].as_str() {
+            Some("walking") => ask(stage, &["release"]),
+            Some("stopping") => ask(stage, &["hold"]),
+            _ => return true,
+        }
+        false
+    });
+    assert_eq!(lines.last().expect("json_until returns the last line")["type"], wanted);
 }
 
 /// The folder for the pictures of the pages, if somebody wants to look at them.
@@ -46,7 +59,7 @@ fn in_every_state_hold_stays_in_its_place_and_no_text_covers_another_or_is_cut_o
     ask(&stage, &["release"]);
     expect_next(&mut page, "stopping");
     ask(&stage, &["hold"]);
-    expect_next(&mut page, "held by an operator");
+    stop_again_until(&stage, &mut page, "held by an operator");
     expect_next(&mut page, "silent");
     server.process.signal(Signal::STOP);
     expect_next(&mut page, "lost");

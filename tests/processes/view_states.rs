@@ -12,8 +12,8 @@ use crate::replay::replay;
 use crate::replay_steering::record_contact;
 use crate::stage::Stage;
 
-/// A head that brakes for twenty show seconds, long enough for the test to see the page.
-const SLOW_TO_STOP: &str = "[head]\naccel_mps2 = 0.05\n";
+/// A head that brakes for as long as it has walked, up to 25 s of wall time. It has walked while the browser started.
+const SLOW_TO_STOP: &str = "[head]\naccel_mps2 = 0.02\n";
 
 fn expect_next(page: &mut Process, wanted: &str) {
     let line = page.json();

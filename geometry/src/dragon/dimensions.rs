@@ -34,8 +34,10 @@ pub struct Dimensions {
     body_length_m: f64,
     width_m: f64,
     hole_offset_m: f64,
-    /// Play c of the hinges.
-    play_m: f64,
+    /// Diameter of the holes; 0 for hinges without play.
+    hole_diameter_m: f64,
+    /// Diameter of the poles; 0 for hinges without play.
+    pole_diameter_m: f64,
 }
 
 impl Dimensions {
@@ -105,7 +107,8 @@ impl Dimensions {
                 ));
             }
         }
-        Ok(Self { benches, head_length_m, body_length_m, width_m, hole_offset_m, play_m: 0.0 })
+        let (hole_diameter_m, pole_diameter_m) = (0.0, 0.0);
+        Ok(Self { benches, head_length_m, body_length_m, width_m, hole_offset_m, hole_diameter_m, pole_diameter_m })
     }
 
     /// The same benches with loose hinges: poles of `pole_diameter_m` in holes of `hole_diameter_m`. A hole may be anywhere within
@@ -137,27 +140,27 @@ impl Dimensions {
         if !(pole_diameter_m > 0.0 && pole_diameter_m <= hole_diameter_m) {
             return refuse(format!("pole_diameter_m is {pole}, must be above 0 and at most hole_diameter_m {hole}"));
         }
-        let play_m = 0.5 * (hole_diameter_m - pole_diameter_m);
+        let loose = Self { hole_diameter_m, pole_diameter_m, ..self };
         let most_m = MOST_PLAY_PER_LINK * self.link_m(0).min(self.link_m(1));
-        if play_m > most_m {
+        if loose.play_m() > most_m {
             let least = Number(hole_diameter_m - 2.0 * most_m);
             return refuse(format!(
                 "pole_diameter_m is {pole}, must be at least {least}: the play of a hinge is at most {MOST_PLAY_PER_LINK} of the \
                  shortest link"
             ));
         }
-        Ok(Self { play_m, ..self })
+        Ok(loose)
     }
 
     /// The same benches with hinges without play.
     #[must_use]
     pub fn without_play(self) -> Self {
-        Self { play_m: 0.0, ..self }
+        Self { hole_diameter_m: 0.0, pole_diameter_m: 0.0, ..self }
     }
 
     /// The same boards without play, with links that are longer by `by_m`.
     pub(super) fn with_longer_links(self, by_m: f64) -> Self {
-        Self { hole_offset_m: self.hole_offset_m - 0.5 * by_m, play_m: 0.0, ..self }
+        Self { hole_offset_m: self.hole_offset_m - 0.5 * by_m, ..self.without_play() }
     }
 
     /// The same benches, but `benches` of them, which must not be 0.
@@ -224,14 +227,24 @@ impl Dimensions {
         self.hole_offset_m
     }
 
-    /// Play of the hinges: how far the middle of a hole may be from that of its pole, in metres. 0 for hinges without play.
+    /// Diameter of the holes of loose hinges; 0 for hinges without play.
+    pub fn hole_diameter_m(&self) -> f64 {
+        self.hole_diameter_m
+    }
+
+    /// Diameter of the poles of loose hinges; 0 for hinges without play.
+    pub fn pole_diameter_m(&self) -> f64 {
+        self.pole_diameter_m
+    }
+
+    /// Play c of the hinges: how far the middle of a hole may be from that of its pole, in metres. 0 for hinges without play.
     pub fn play_m(&self) -> f64 {
-        self.play_m
+        0.5 * (self.hole_diameter_m - self.pole_diameter_m)
     }
 
     /// Length of all links together with all of their play, in metres.
     pub fn longest_m(&self) -> f64 {
-        self.links_m() + 2.0 * self.play_m * self.benches as f64
+        self.links_m() + 2.0 * self.play_m() * self.benches as f64
     }
 
     /// Length of a bench's board.

@@ -1,4 +1,4 @@
-//! The four answers for one setting, each with its derivatives.
+//! The answers for one setting, each with its derivatives.
 
 use std::fmt::{self, Display, Formatter};
 
@@ -8,7 +8,7 @@ use super::derivative::{self, Derivatives};
 use super::local::VariedDragon;
 use super::pitch::{PitchError, PitchLimit, SmallestPitch, smallest_pitch_on};
 use super::{Infeasible, Parameter, PlannedTurn, Setting, largest_speed_ratio, least_clearance, passage_through};
-use crate::clearance::first_contact;
+use crate::clearance::{first_contact, first_possible_touch};
 use crate::dragon::{DimensionsError, DragonError, FeasibleEnd, Meter, Spent};
 use crate::number::Number;
 use crate::route::{Route, RouteError, RouteFamily, RouteShape, SpiralSpec};
@@ -18,22 +18,41 @@ use crate::route::{Route, RouteError, RouteFamily, RouteShape, SpiralSpec};
 pub enum Quantity {
     /// Show time of the first contact on the planned run.
     FirstContact,
+    /// Show time up to which no pose that the play of the hinges allows touches on the planned run.
+    EarliestContact,
+    /// Show time of the first contact with all links as long as the play of the hinges allows.
+    TautContact,
     /// Least clearance of any pair over the passage, below 0 if benches overlap.
     LeastClearance,
     /// Largest speed of any handle over the passage divided by the speed of the head.
     LargestSpeedRatio,
-    /// Smallest pitch of a spiral on which the head reaches the turning circle without a contact.
+    /// Smallest pitch of a spiral on which the head reaches the turning circle without a contact, for hinges without play.
     SmallestPitch,
 }
 
 impl Quantity {
-    /// All quantities.
-    pub const ALL: [Self; 4] = [Self::FirstContact, Self::LeastClearance, Self::LargestSpeedRatio, Self::SmallestPitch];
+    const ALL: [Self; 6] = [
+        Self::FirstContact,
+        Self::EarliestContact,
+        Self::TautContact,
+        Self::LeastClearance,
+        Self::LargestSpeedRatio,
+        Self::SmallestPitch,
+    ];
+
+    /// The quantities of a plan: those about the play only with loose hinges.
+    pub fn all_of(setting: &Setting) -> impl Iterator<Item = Self> {
+        let has_play = setting.dimensions.play_m() > 0.0;
+        let is_of_play = |quantity: &Self| matches!(quantity, Self::EarliestContact | Self::TautContact);
+        Self::ALL.into_iter().filter(move |quantity| has_play || !is_of_play(quantity))
+    }
 
     /// Key in answers, name in messages, and unit.
     fn words(self) -> [&'static str; 3] {
         match self {
             Self::FirstContact => ["first_contact_s", "first contact", "s"],
+            Self::EarliestContact => ["earliest_s", "earliest possible contact", "s"],
+            Self::TautContact => ["taut_contact_s", "first contact pulled taut", "s"],
             Self::LeastClearance => ["least_clearance_m", "least clearance", "m"],
             Self::LargestSpeedRatio => ["largest_speed_ratio", "largest speed ratio", ""],
             Self::SmallestPitch => ["smallest_pitch_m", "smallest pitch", "m"],
@@ -111,6 +130,19 @@ impl Answer {
     fn at_any_time(value: f64, derivatives: impl Fn() -> Derivatives + Send + Sync + 'static) -> Self {
         Self { value, derivatives: Box::new(derivatives), timed: Box::new(move |_, _| value) }
     }
+
+    /// The show time at which the head is at a travel. At another speed the walked interval, up to `end_m`, stays that of the plan.
+    fn at_travel(
+        travel_m: f64,
+        setting: &Setting,
+        end_m: f64,
+        derivatives: impl Fn() -> Derivatives + Send + Sync + 'static,
+    ) -> Self {
+        let planned = setting.clone();
+        let timed = move |parameter, value| planned.timed(parameter, value).timetable(end_m).time_s(travel_m);
+        let value = setting.timetable(end_m).time_s(travel_m);
+        Self { value, derivatives: Box::new(derivatives), timed: Box::new(timed) }
+    }
 }
 
 /// Calculates one quantity. The meter counts the work.
@@ -122,6 +154,8 @@ pub(super) fn answer(
 ) -> Result<Answer, Unanswered> {
     match quantity {
         Quantity::FirstContact => contact_time(setting, meter),
+        Quantity::EarliestContact => earliest_time(setting, meter),
+        Quantity::TautContact => taut_time(setting, meter),
         Quantity::LeastClearance => {
             let passage = passage(setting, turn_diameter_m, meter)?;
             let (start_m, end_m) = (passage.dragon.start_travel_m(), passage.dragon.end_travel_m());
@@ -146,24 +180,44 @@ fn contact_time(setting: &Setting, meter: &Meter) -> Result<Answer, Unanswered> 
     let contact =
         first_contact(&run.dragon, start_m, end_m)?.ok_or(Unanswered::NoContact(run.dragon.feasible_end()))?;
     let timetable = setting.timetable(end_m);
-    let value = timetable.time_s(contact.travel_m);
     let derivatives = move || derivative::of_contact_time(&run, &contact, &timetable);
-    let planned = setting.clone();
-    // The walked interval stays that of the plan.
-    let timed = move |parameter, value| planned.timed(parameter, value).timetable(end_m).time_s(contact.travel_m);
-    Ok(Answer { value, derivatives: Box::new(derivatives), timed: Box::new(timed) })
+    Ok(Answer::at_travel(contact.travel_m, setting, end_m, derivatives))
 }
 
-/// The smallest pitch. For a turnaround: that of a spiral with the paper's number of turns at the start.
+/// The end of the proof that no pose of loose hinges touches.
+fn earliest_time(setting: &Setting, meter: &Meter) -> Result<Answer, Unanswered> {
+    let run = VariedDragon::new(setting.dimensions, family(setting)?, meter)?.dragon;
+    let (start_m, end_m) = (run.start_travel_m(), run.end_travel_m());
+    let touch =
+        first_possible_touch(&run, 0.0, start_m, end_m)?.ok_or_else(|| Unanswered::NoContact(run.feasible_end()))?;
+    let timetable = setting.timetable(end_m);
+    let derivatives = move || derivative::of_proven_time(touch.travel_m, &timetable);
+    Ok(Answer::at_travel(touch.travel_m, setting, end_m, derivatives))
+}
+
+/// The first contact of the dragon that is pulled. The walked interval is that of the loose dragon.
+fn taut_time(setting: &Setting, meter: &Meter) -> Result<Answer, Unanswered> {
+    let run = VariedDragon::new(setting.dimensions, family(setting)?, meter)?;
+    let end_m = run.dragon.end_travel_m();
+    let dragon = run.dragon.taut().expect("the quantity is asked for with play only").clone();
+    let no_contact = Unanswered::NoContact(dragon.feasible_end());
+    let contact = first_contact(&dragon, dragon.start_travel_m(), dragon.end_travel_m())?.ok_or(no_contact)?;
+    let (taut, timetable) = (VariedDragon { dragon, ..run }, setting.timetable(end_m));
+    let derivatives = move || derivative::of_taut_time(&taut, &contact, &timetable);
+    Ok(Answer::at_travel(contact.travel_m, setting, end_m, derivatives))
+}
+
+/// The smallest pitch without play. For a turnaround: that of a spiral with the paper's number of turns at the start.
 fn pitch(setting: &Setting, turn_diameter_m: f64, meter: &Meter) -> Result<Answer, Unanswered> {
     let start_turns = setting.route.spiral().ok_or(Unanswered::NoPitch)?.start_turns;
+    let rigid = Setting { dimensions: setting.dimensions.without_play(), ..setting.clone() };
     let SmallestPitch { pitch_m, limit } =
-        smallest_pitch_on(&setting.route, &setting.dimensions, start_turns, turn_diameter_m, 0.0, meter)?;
+        smallest_pitch_on(&rigid.route, &rigid.dimensions, start_turns, turn_diameter_m, 0.0, meter)?;
     let PitchLimit::Contact(contact) = limit else {
         return Ok(Answer::at_any_time(pitch_m, move || derivative::of_untouching_pitch(&limit)));
     };
     let plan = SpiralSpec { pitch_m, start_turns };
-    let passage = spiral_passage(setting, plan, turn_diameter_m, meter)?;
+    let passage = spiral_passage(&rigid, plan, turn_diameter_m, meter)?;
     Ok(Answer::at_any_time(pitch_m, move || derivative::of_touching_pitch(&passage, &contact)))
 }
 

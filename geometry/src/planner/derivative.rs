@@ -42,16 +42,45 @@ pub(super) type Derivatives = [Result<f64, Undefined>; Parameter::ALL.len()];
 /// Derivatives of the time of the first contact of a run.
 pub(super) fn of_contact_time(varied: &VariedDragon, contact: &Contact, timetable: &Timetable) -> Derivatives {
     let rates = touching_rates(varied, contact);
-    let there = timetable
-        .time_rates(contact.travel_m)
-        .ok_or(Undefined("the head brakes for the end of the run at the first contact"));
+    of_time(contact.travel_m, timetable, |parameter, speed_mps| {
+        rates.map(|rates| -rates.of(parameter) / (rates.travel * speed_mps))
+    })
+}
+
+/// Derivatives of the time of the first contact of the taut dragon of loose hinges, which `taut` is. Its links are longer than
+/// without play by the difference of the two diameters, as if its holes were nearer to the ends by half of that.
+pub(super) fn of_taut_time(taut: &VariedDragon, contact: &Contact, timetable: &Timetable) -> Derivatives {
+    let rates = touching_rates(taut, contact);
+    of_time(contact.travel_m, timetable, |parameter, speed_mps| {
+        let rates = rates?;
+        let rate = match parameter {
+            Parameter::HoleDiameter => -0.5 * rates.of(Parameter::HoleOffset),
+            Parameter::PoleDiameter => 0.5 * rates.of(Parameter::HoleOffset),
+            _ => rates.of(parameter),
+        };
+        Ok(-rate / (rates.travel * speed_mps))
+    })
+}
+
+/// Derivatives of the time up to which no contact is proved to be possible.
+pub(super) fn of_proven_time(travel_m: f64, timetable: &Timetable) -> Derivatives {
+    of_time(travel_m, timetable, |_, _| {
+        Err(Undefined("it is the end of a proof, which is resolved to a millimetre of travel"))
+    })
+}
+
+/// Derivatives of the time at which the head is at a travel that other parameters than those of times change.
+fn of_time(
+    travel_m: f64,
+    timetable: &Timetable,
+    of_travel: impl Fn(Parameter, f64) -> Result<f64, Undefined>,
+) -> Derivatives {
+    let there =
+        timetable.time_rates(travel_m).ok_or(Undefined("the head brakes for the end of the run at the first contact"));
     Parameter::ALL.map(|parameter| match parameter {
         Parameter::Speed => Ok(there?.per_speed),
         Parameter::Accel => Ok(there?.per_accel),
-        _ => {
-            let speed_mps = there?.speed_mps;
-            rates.map(|rates| -rates.of(parameter) / (rates.travel * speed_mps))
-        }
+        _ => of_travel(parameter, there?.speed_mps),
     })
 }
 
@@ -124,7 +153,7 @@ pub(super) fn of_untouching_pitch(limit: &PitchLimit) -> Derivatives {
 fn of_pitch(of_measure: impl Fn(Parameter) -> Result<f64, Undefined>) -> Derivatives {
     Parameter::ALL.map(|parameter| match parameter {
         Parameter::Pitch => Err(Undefined("the pitch is the answer itself and does not depend on the planned pitch")),
-        Parameter::Speed | Parameter::Accel => Ok(0.0),
+        _ if parameter.is_of_times() || parameter.is_of_play() => Ok(0.0),
         _ if parameter.is_of_turn() => Err(Undefined("the smallest pitch is that of a spiral without a turn")),
         _ => of_measure(parameter),
     })

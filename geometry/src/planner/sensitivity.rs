@@ -85,8 +85,8 @@ impl Sensitivity {
         self.tasks().len()
     }
 
-    /// Calculates the responses of all quantities, in the order of [`Quantity::ALL`], on all cores. It calls `answered` after
-    /// each calculation. Calculations beyond the meter's limit have no value.
+    /// Calculates the responses of all quantities of the plan, in the order of [`Quantity::all_of`], on all cores. It calls
+    /// `answered` after each calculation. Calculations beyond the meter's limit have no value.
     pub fn study(&self, meter: &Meter, answered: impl Fn() + Sync) -> Vec<Response> {
         let tasks = self.tasks();
         let share = meter.is_limited().then(|| meter.left() / LARGEST_SHARE);
@@ -100,15 +100,18 @@ impl Sensitivity {
         answers.resize_with(tasks.len(), || Err(Unanswered::TooMuchWork(meter.spent(0.0))));
         let answers: Vec<_> = tasks.into_iter().zip(answers).collect();
         let response = |quantity| self.response(quantity, &answers, meter);
-        Quantity::ALL.into_iter().map(response).collect()
+        Quantity::all_of(&self.setting).map(response).collect()
     }
 
     /// The calculations of the study. Speed and acceleration are not varied, because their effect is known. Neither are, for the
-    /// smallest pitch, the pitch and the measures of a turn: it does not depend on them.
+    /// smallest pitch, the pitch, the measures of a turn and the diameters of loose hinges: it does not depend on them.
     fn tasks(&self) -> Vec<Task> {
-        let mut tasks: Vec<Task> = Quantity::ALL.map(|quantity| Task { quantity, varied: None }).into();
+        let quantities = || Quantity::all_of(&self.setting);
+        let mut tasks: Vec<Task> = quantities().map(|quantity| Task { quantity, varied: None }).collect();
         for &parameter in self.parameters.iter().filter(|parameter| !parameter.is_of_times()) {
-            for quantity in Quantity::ALL.into_iter().filter(|quantity| unrelated(*quantity, parameter).is_none()) {
+            let depends =
+                |quantity: &Quantity| unrelated(*quantity, parameter).is_none() && !is_rigid(*quantity, parameter);
+            for quantity in quantities().filter(depends) {
                 let steps = self.steps().filter(|step| *step != 0);
                 tasks.extend(steps.map(|step| Task { quantity, varied: Some((parameter, step)) }));
             }
@@ -146,6 +149,10 @@ impl Sensitivity {
         let curve = |&parameter: &Parameter| {
             let sampled = |step| match parameter {
                 _ if step == 0 => value(planned),
+                _ if is_rigid(quantity, parameter) => {
+                    self.setting.with(parameter, self.parameter_value(parameter, step))?;
+                    value(planned)
+                }
                 _ if parameter.is_of_times() => {
                     let timed = |answer: &Answer| (answer.timed)(parameter, self.parameter_value(parameter, step));
                     planned.as_ref().map(timed).map_err(Clone::clone)
@@ -168,6 +175,11 @@ impl Sensitivity {
         };
         Response { quantity, value: value(planned), curves: self.parameters.iter().map(curve).collect() }
     }
+}
+
+/// Whether the quantity is that of hinges without play, and the parameter changes only the play.
+fn is_rigid(quantity: Quantity, parameter: Parameter) -> bool {
+    quantity == Quantity::SmallestPitch && parameter.is_of_play()
 }
 
 /// Why the quantity does not depend on the parameter: it is the parameter itself, or about another route.

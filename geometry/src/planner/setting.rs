@@ -26,13 +26,14 @@ impl Setting {
     }
 
     /// Whether the plan has a parameter. A path has no pitch, and a head that starts at once has no acceleration. Only a
-    /// turnaround has the measures of a turn, and only one with a line the length of that.
+    /// turnaround has the measures of a turn, and only one with a line the length of that. Only loose hinges have diameters.
     pub fn has(&self, parameter: Parameter) -> bool {
         match parameter {
             Parameter::Pitch => self.route.pitch_m().is_some(),
             Parameter::Accel => self.accel_mps2.is_some(),
             Parameter::TurnDiameter | Parameter::RadiusRatio => self.route.as_turnaround().is_some(),
             Parameter::TurnLine => self.route.as_turnaround().is_some_and(|turn| turn.line_m > 0.0),
+            Parameter::HoleDiameter | Parameter::PoleDiameter => self.dimensions.play_m() > 0.0,
             _ => true,
         }
     }
@@ -46,6 +47,8 @@ impl Setting {
             Parameter::BodyLength => self.dimensions.body_length_m(),
             Parameter::Width => self.dimensions.width_m(),
             Parameter::HoleOffset => self.dimensions.hole_offset_m(),
+            Parameter::HoleDiameter => self.dimensions.hole_diameter_m(),
+            Parameter::PoleDiameter => self.dimensions.pole_diameter_m(),
             Parameter::Speed => self.speed_mps,
             Parameter::Accel => self.accel_mps2.unwrap_or(f64::NAN),
             Parameter::TurnDiameter => turn(|turn| turn.turn_diameter_m),
@@ -93,6 +96,10 @@ impl Setting {
                     measure(Parameter::Width),
                     measure(Parameter::HoleOffset),
                 )?;
+                if self.dimensions.play_m() > 0.0 {
+                    let [hole_m, pole_m] = [Parameter::HoleDiameter, Parameter::PoleDiameter].map(measure);
+                    changed.dimensions = changed.dimensions.with_poles(hole_m, pole_m)?;
+                }
             }
         }
         Ok(changed)
@@ -112,6 +119,10 @@ pub enum Parameter {
     Width,
     /// Distance of the hinge holes from the ends of the boards.
     HoleOffset,
+    /// Diameter of the holes of loose hinges. It changes only what the play allows.
+    HoleDiameter,
+    /// Diameter of the poles of loose hinges. It changes only what the play allows.
+    PoleDiameter,
     /// Speed of the head. It only changes times.
     Speed,
     /// Acceleration of the head's ramps. It only changes times.
@@ -126,12 +137,14 @@ pub enum Parameter {
 
 impl Parameter {
     /// All parameters.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 12] = [
         Self::Pitch,
         Self::HeadLength,
         Self::BodyLength,
         Self::Width,
         Self::HoleOffset,
+        Self::HoleDiameter,
+        Self::PoleDiameter,
         Self::Speed,
         Self::Accel,
         Self::TurnDiameter,
@@ -142,6 +155,11 @@ impl Parameter {
     /// Whether the parameter changes only the times of travels.
     pub(super) fn is_of_times(self) -> bool {
         matches!(self, Self::Speed | Self::Accel)
+    }
+
+    /// Whether the parameter changes only the play of the hinges.
+    pub(super) fn is_of_play(self) -> bool {
+        matches!(self, Self::HoleDiameter | Self::PoleDiameter)
     }
 
     /// Whether the parameter is a measure of a turnaround's turn.
@@ -168,6 +186,8 @@ impl Parameter {
             Self::BodyLength => ["body_length_m", "body length"],
             Self::Width => ["width_m", "width"],
             Self::HoleOffset => ["hole_offset_m", "hole offset"],
+            Self::HoleDiameter => ["hole_diameter_m", "hole diameter"],
+            Self::PoleDiameter => ["pole_diameter_m", "pole diameter"],
             Self::Speed => ["speed_mps", "speed"],
             Self::Accel => ["accel_mps2", "acceleration"],
             Self::TurnDiameter => ["turn_diameter_m", "turn diameter"],

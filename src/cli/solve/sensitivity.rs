@@ -27,8 +27,8 @@ pub(crate) struct SensitivityArgs {
     /// Number of values on each side of the planned value, 1 to 100.
     #[arg(long, value_name = "COUNT", default_value_t = 2, allow_negative_numbers = true, value_parser = within(1..=100_u32))]
     pub(crate) steps: u32,
-    /// Parameters to vary, separated by commas: pitch, head-length, body-length, width, hole-offset, speed, acceleration,
-    /// turn-diameter, radius-ratio, turn-line [default: all that the plan has].
+    /// Parameters to vary, separated by commas: pitch, head-length, body-length, width, hole-offset, hole-diameter,
+    /// pole-diameter, speed, acceleration, turn-diameter, radius-ratio, turn-line [default: all that the plan has].
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = parameter)]
     pub(crate) parameter: Vec<Parameter>,
     /// Diameter in metres of the circle that the head must reach on a spiral [default: the configured turnaround's, else 9].
@@ -108,6 +108,7 @@ fn sensitivity(config: &Config, args: &SensitivityArgs) -> Result<Sensitivity, B
     if let Some(parameter) = args.parameter.iter().find(|parameter| !setting.has(**parameter)) {
         let owner = match parameter {
             Parameter::Accel => "a [head] without accel_mps2".to_owned(),
+            Parameter::HoleDiameter | Parameter::PoleDiameter => "a [dragon] without play".to_owned(),
             Parameter::TurnLine if config.route().as_turnaround().is_some() => "a turnaround without line_m".to_owned(),
             _ => format!("a route of the kind \"{}\"", config.route().shape.kind()),
         };
@@ -215,7 +216,7 @@ fn sheets(sensitivity: &Sensitivity, responses: &[Response]) -> [Table; 2] {
     [summary, samples]
 }
 
-/// The reasons for blank cells, one line each.
+/// The reasons for blank cells of each quantity, one line each.
 fn notes(responses: &[Response]) -> Vec<String> {
     let mut notes = Vec::new();
     for response in responses {
@@ -224,16 +225,31 @@ fn notes(responses: &[Response]) -> Vec<String> {
             notes.push(format!("– {quantity}: {reason}"));
             continue;
         }
+        let mut reasons: Vec<(String, Vec<String>)> = Vec::new();
         for curve in &response.curves {
-            let reasons = ends(curve).into_iter().filter_map(|sample| sample.value.as_ref().err());
-            let derivative = curve.derivative.as_ref().err();
-            let mut reasons: Vec<String> =
-                reasons.map(ToString::to_string).chain(derivative.map(ToString::to_string)).collect();
-            reasons.dedup();
-            notes.extend(reasons.iter().map(|reason| format!("– {quantity} over {}: {reason}", curve.parameter)));
+            for reason in reasons_of(curve) {
+                match reasons.iter_mut().find(|(other, _)| *other == reason) {
+                    Some((_, parameters)) => parameters.push(curve.parameter.to_string()),
+                    None => reasons.push((reason, vec![curve.parameter.to_string()])),
+                }
+            }
         }
+        let note = |(reason, parameters): (String, Vec<String>)| {
+            format!("– {quantity} over {}: {reason}", parameters.join(", "))
+        };
+        notes.extend(reasons.into_iter().map(note));
     }
     notes
+}
+
+/// The reasons for blank cells in the row of a curve, each once.
+fn reasons_of(curve: &Curve) -> Vec<String> {
+    let samples = ends(curve).into_iter().filter_map(|sample| sample.value.as_ref().err());
+    let derivative = curve.derivative.as_ref().err();
+    let mut reasons: Vec<String> =
+        samples.map(ToString::to_string).chain(derivative.map(ToString::to_string)).collect();
+    reasons.dedup();
+    reasons
 }
 
 fn columns(sensitivity: &Sensitivity, mut columns: Vec<Column>) -> Vec<Column> {
