@@ -4,6 +4,7 @@
 //! The bounds are painted from the lowest to the highest on the intervals that are still without one.
 
 use crate::clearance::Piece;
+use crate::dragon::Meter;
 
 /// Upper bounds on the least clearance, on intervals of travel.
 #[derive(Clone, Debug)]
@@ -15,17 +16,26 @@ pub(super) struct Ceiling {
 }
 
 impl Ceiling {
-    /// The bounds of these pieces.
-    pub(super) fn of(pieces: &[Piece]) -> Self {
+    /// The bounds of these pieces; `None` once the meter's question is cancelled.
+    pub(super) fn of(pieces: &[Piece], meter: &Meter) -> Option<Self> {
+        if meter.is_cancelled() {
+            return None;
+        }
         let mut cuts_m: Vec<f64> = pieces.iter().flat_map(|piece| piece.travels_m).collect();
         cuts_m.sort_unstable_by(f64::total_cmp);
         cuts_m.dedup();
+        if meter.is_cancelled() {
+            return None;
+        }
         let mut lowest_first: Vec<&Piece> = pieces.iter().collect();
         lowest_first.sort_by(|one, other| one.bounds_m[1].total_cmp(&other.bounds_m[1]));
         let mut most_m = vec![f64::INFINITY; cuts_m.len()];
         // The first interval without a bound, from each interval on.
         let mut free: Vec<usize> = (0..=cuts_m.len()).collect();
         for piece in lowest_first {
+            if meter.is_cancelled() {
+                return None;
+            }
             let [from, to] = piece.travels_m.map(|end_m| cuts_m.partition_point(|&cut_m| cut_m < end_m));
             let mut at = first_free(&mut free, from);
             while at < to {
@@ -34,7 +44,7 @@ impl Ceiling {
                 at = first_free(&mut free, at);
             }
         }
-        Self { cuts_m, most_m }
+        Some(Self { cuts_m, most_m })
     }
 
     /// A bound on the least clearance at each travel of an interval; infinite if there is none.
@@ -66,7 +76,8 @@ mod tests {
 
     #[test]
     fn the_lowest_bound_counts_at_each_travel() {
-        let ceiling = Ceiling::of(&[piece([0.0, 4.0], 3.0), piece([1.0, 2.0], 1.0), piece([1.5, 3.0], 2.0)]);
+        let pieces = [piece([0.0, 4.0], 3.0), piece([1.0, 2.0], 1.0), piece([1.5, 3.0], 2.0)];
+        let ceiling = Ceiling::of(&pieces, &Meter::unlimited()).expect("nobody cancels it");
         let bounds = [[0.0, 1.0], [1.0, 2.0], [1.2, 1.4], [2.0, 3.0], [1.2, 2.5], [0.5, 2.0], [3.0, 4.0]];
         assert_eq!(bounds.map(|span_m| ceiling.over(span_m)), [3.0, 1.0, 1.0, 2.0, 2.0, 3.0, 3.0]);
         assert_eq!([[-1.0, 1.0], [3.5, 4.5]].map(|span_m| ceiling.over(span_m)), [f64::INFINITY; 2]);

@@ -86,13 +86,14 @@ pub fn near_misses(
     let search = PieceSearch::new(dragon, [from_travel_m, to_travel_m], limit_m);
     let (pieces, mut reached_m) = search.pieces(&looking, &progress);
     meter.add(looking.done());
-    if meter.is_cancelled() {
-        return Found { approaches: Vec::new(), ends_early_m: Some(from_travel_m) };
-    }
-    let ceiling = Ceiling::of(&pieces);
+    let cancelled = Found { approaches: Vec::new(), ends_early_m: Some(from_travel_m) };
+    let Some(ceiling) = Ceiling::of(&pieces, meter) else { return cancelled };
     let mut ways: BTreeMap<[usize; 2], Vec<Piece>> = BTreeMap::new();
     for piece in pieces {
         ways.entry(piece.benches).or_default().push(piece);
+    }
+    if meter.is_cancelled() {
+        return cancelled;
     }
     let mut brackets: Vec<Bracket> = ways.values().flat_map(|way| brackets(way)).collect();
     brackets.retain(|bracket| ceiling.over(bracket.travels_m) >= bracket.least_m - 2.0 * ROUNDING_M);
