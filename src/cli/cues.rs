@@ -11,29 +11,41 @@ use crate::cli::bus_readers::Descriptions;
 use crate::cli::flags::{BadInput, Format};
 use crate::cli::print::{print_bytes, print_json, print_line};
 use crate::config::PlannedCues;
-use crate::display::observe::{CueList, ListedCue, Observer, Snapshot};
+use crate::display::observe::{CueList, ListedCue, Members, Observer, Snapshot};
 use crate::output::table::{Column, Table, text};
 use crate::system::clock::monotonic_ns;
 use crate::system::stop::StopFlag;
 
 /// Snapshots per second.
 const SNAPSHOTS_HZ: u32 = 20;
-/// Longest wait for a frame with its description, in nanoseconds.
-const LONGEST_NS: u64 = 4_000_000_000;
+/// Longest wait for a source, in nanoseconds.
+const NO_SOURCE_NS: u64 = 500_000_000;
+/// Longest wait for a frame of a source, with its description, in seconds. A busy machine may need some.
+const LONGEST_S: u64 = 30;
 
 /// Prints the cues of the running show.
 pub(super) fn run(domain: &Domain, format: Format) -> anyhow::Result<ExitCode> {
     let (stop, began_ns) = (StopFlag::on_signals()?, monotonic_ns());
-    let mut newest = Snapshot::default();
+    let has_found_source = Members::of(domain).has_source;
+    let (mut newest, mut is_late) = (Snapshot::default(), false);
     Observer::new(domain.clone(), "ctl-cues", SNAPSHOTS_HZ).run(stop.as_atomic(), |snapshot| {
-        let is_late = snapshot.seen_ns.saturating_sub(began_ns) >= LONGEST_NS;
-        if snapshot.run.is_some() && snapshot.frame.is_some() || is_late {
+        let longest_ns = if has_found_source || snapshot.has_source { LONGEST_S * 1_000_000_000 } else { NO_SOURCE_NS };
+        is_late = snapshot.seen_ns.saturating_sub(began_ns) >= longest_ns;
+        if has_plan(&snapshot) || is_late {
             stop.as_atomic().store(true, Ordering::Relaxed);
         }
         newest = snapshot;
     });
-    if newest.run.is_none() {
-        bail!("no show runs on instance {}", domain.instance());
+    if !has_plan(&newest) {
+        let instance = domain.instance();
+        if !is_late {
+            // A signal has ended the wait.
+            return Ok(ExitCode::FAILURE);
+        }
+        if has_found_source || newest.has_source {
+            bail!("no frame and description of the show on instance {instance} within {LONGEST_S} s");
+        }
+        bail!("no show runs on instance {instance}");
     }
     let list = CueList::of(&newest).unwrap_or_default();
     match format {
@@ -41,6 +53,11 @@ pub(super) fn run(domain: &Domain, format: Format) -> anyhow::Result<ExitCode> {
         Format::Text => print_list(&list)?,
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// Whether a snapshot has a frame, and the description of its run.
+fn has_plan(snapshot: &Snapshot) -> bool {
+    snapshot.run.is_some() && snapshot.frame.is_some()
 }
 
 fn print_list(list: &CueList) -> anyhow::Result<()> {

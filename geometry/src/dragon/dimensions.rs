@@ -149,7 +149,7 @@ impl Dimensions {
                  shortest link"
             ));
         }
-        Ok(loose)
+        Ok(if loose.play_m() > 0.0 { loose } else { self.without_play() })
     }
 
     /// The same benches with hinges without play.
