@@ -6,6 +6,7 @@ use std::sync::atomic::Ordering;
 use anyhow::{Context as _, bail};
 use bench_dragon_geometry::number::{Fixed, Number};
 use bench_dragon_ipc::Domain;
+use bench_dragon_ipc::source::ShowLock;
 
 use crate::cli::bus_readers::Descriptions;
 use crate::cli::flags::{BadInput, Format};
@@ -18,18 +19,20 @@ use crate::system::stop::StopFlag;
 
 /// Snapshots per second.
 const SNAPSHOTS_HZ: u32 = 20;
-/// Longest wait for a source, in nanoseconds.
-const NO_SOURCE_NS: u64 = 500_000_000;
-/// Longest wait for a frame of a source, with its description, in seconds. A busy machine may need some.
+/// Longest wait for a show, in nanoseconds.
+const NOBODY_NS: u64 = 500_000_000;
+/// Longest wait for a frame of a show, with its description, in seconds. A busy machine may need some.
 const LONGEST_S: u64 = 30;
 
 /// Prints the cues of the running show.
 pub(super) fn run(domain: &Domain, format: Format) -> anyhow::Result<ExitCode> {
     let (stop, began_ns) = (StopFlag::on_signals()?, monotonic_ns());
     let has_found_source = Members::of(domain).has_source;
+    // A show is there without a source while it starts, and while it starts a killed server again.
+    let is_there = |snapshot: &Snapshot| has_found_source || snapshot.has_source || ShowLock::holder(domain).is_some();
     let (mut newest, mut is_late) = (Snapshot::default(), false);
     Observer::new(domain.clone(), "ctl-cues", SNAPSHOTS_HZ).run(stop.as_atomic(), |snapshot| {
-        let longest_ns = if has_found_source || snapshot.has_source { LONGEST_S * 1_000_000_000 } else { NO_SOURCE_NS };
+        let longest_ns = if is_there(&snapshot) { LONGEST_S * 1_000_000_000 } else { NOBODY_NS };
         is_late = snapshot.seen_ns.saturating_sub(began_ns) >= longest_ns;
         if has_plan(&snapshot) || is_late {
             stop.as_atomic().store(true, Ordering::Relaxed);
@@ -42,7 +45,7 @@ pub(super) fn run(domain: &Domain, format: Format) -> anyhow::Result<ExitCode> {
             // A signal has ended the wait.
             return Ok(ExitCode::FAILURE);
         }
-        if has_found_source || newest.has_source {
+        if is_there(&newest) {
             bail!("no frame and description of the show on instance {instance} within {LONGEST_S} s");
         }
         bail!("no show runs on instance {instance}");

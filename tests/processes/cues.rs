@@ -37,6 +37,14 @@ fn summary_of(show: Process) -> Value {
 }
 
 #[test]
+fn without_a_show_its_cues_are_refused_in_one_line() {
+    let stage = Stage::new();
+    let ended = stage.run(&["ctl", "cues"]);
+    let line = format!("error: no show runs on instance {}\n", stage.domain().instance());
+    assert_eq!((ended.code(), ended.stdout.as_str(), ended.stderr), (Some(1), "", line));
+}
+
+#[test]
 fn a_night_is_led_to_its_end_by_go_with_a_kill_between() {
     let stage = Stage::new();
     let show =
