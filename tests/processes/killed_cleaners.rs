@@ -3,8 +3,10 @@
 #![cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
 
 use std::fs::{self, File, OpenOptions};
+use std::io::Write as _;
 use std::os::unix::fs::OpenOptionsExt as _;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use bench_dragon_ipc::service::{Member, Role};
 use nix::libc::{self, c_long};
@@ -138,13 +140,22 @@ impl Cleaner {
     }
 }
 
+/// Returns a shell that becomes the command when it has read a line: the process can be traced before the command begins.
+fn at_a_line(command: &Command) -> Command {
+    let mut shell = Command::new("sh");
+    shell.args(["-c", r#"read -r _ && exec "$0" "$@""#]).arg(command.get_program()).args(command.get_args());
+    shell.current_dir(command.get_current_dir().expect("the stage's folder")).env_remove("RUST_LOG");
+    shell
+}
+
 /// Starts a client, which removes the killed server's nodes, and ends it at a stop. Returns `None` if the client completes
 /// before.
 fn cleaner_at(stage: &Stage, stop: usize, interruption: Interruption) -> Option<Cleaner> {
-    let process = stage.start(&["ctl", "hold"]);
+    let (process, mut start) = Process::start_with_stdin(at_a_line(&stage.command(&["ctl", "hold"])));
     let pid = Pid::from_raw(process.pid() as i32);
     ptrace::seize(pid, Options::PTRACE_O_TRACESYSGOOD).expect("a test may trace its children");
     ptrace::interrupt(pid).expect("the process is traced");
+    writeln!(start).expect("the shell waits for the line");
     let mut stops = 0;
     loop {
         match waitpid(pid, Some(WaitPidFlag::__WALL)).expect("the process is a child of the test") {
