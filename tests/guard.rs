@@ -362,10 +362,13 @@ fn a_grant_that_a_late_one_has_replaced_is_given_again() {
         let asked = rehearsal.motion.limits().asked_m.map(|travel_m| Asked { travel_m, tick: rehearsal.tick });
         let header = rehearsal.motion.head().header(RUN_ID, rehearsal.tick, 0, 1.0, 0);
         let grant = rehearsal.guard.advance(&header, asked).expect("a grant for the target");
-        rehearsal.tick += 1;
-        assert!(rehearsal.guard.note_reply(grant, Ok(rehearsal.tick)));
-        // A status from before the grant asks for nothing new.
-        assert_eq!(rehearsal.guard.advance(&header, asked), None);
+        let taken = rehearsal.tick + 1;
+        assert!(rehearsal.guard.note_reply(grant, Ok(taken)));
+        // Statuses up to the tick of the grant ask for nothing new.
+        for tick in [rehearsal.tick, taken] {
+            assert_eq!(rehearsal.guard.advance(&header, asked.map(|asked| Asked { tick, ..asked })), None);
+        }
+        rehearsal.tick = taken + 1;
         grant
     };
     let late = ask(&mut rehearsal, 300.0);

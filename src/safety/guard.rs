@@ -223,15 +223,15 @@ impl<'a> Guard<'a> {
         self.refused_m = self.present.is_none().then_some(travel_m);
     }
 
-    /// Begins a proof at a new target of a seek. A target that is asked for although the server took a grant for it before is granted
-    /// again: an older grant, which came late, has replaced it.
+    /// Begins a proof at a new target of a seek. A target that is asked for after the tick in which the server took a grant for it is
+    /// granted again: an older grant, which came late, has replaced that one. The status of that tick itself may be older than the grant.
     fn prepare(&mut self, asked: Option<Asked>) {
         let asked_m = asked.map(|asked| asked.travel_m);
         if asked_m != self.asked_m {
             self.asked_m = asked_m;
             self.prepared = asked_m.map_or(self.prepared.take(), |asked_m| self.begin(asked_m));
         } else if let (Some(asked), Some(prepared)) = (asked, &mut self.prepared) {
-            prepared.granted = prepared.granted.filter(|granted| asked.tick < granted.tick);
+            prepared.granted = prepared.granted.filter(|granted| asked.tick <= granted.tick);
         }
     }
 

@@ -84,6 +84,8 @@ fn a_pitch_is_wide_enough_for_every_pose_and_the_nominal_one_is_told_too() {
     let answer = solve(&stage, &args).expect_clean().last_json();
     assert!((number(&answer["nominal_pitch_m"]) - 0.450_337).abs() < 1e-6, "{answer}");
     assert!(number(&answer["pitch_m"]) > 0.450_337 && number(&answer["pitch_m"]) < 0.465, "{answer}");
+    // The number of docs/reference/planner.md, to the tolerance of the search.
+    assert!((number(&answer["pitch_m"]) - 0.459_634).abs() < 1e-5, "{answer}");
     let mut contact = program(&["solve", "contact", "--config", "wide.toml", "--format", "json"]);
     contact.current_dir(stage.path(""));
     let contact = Process::start(contact).end().expect_clean().last_json();

@@ -110,7 +110,7 @@ impl Sensitivity {
         let mut tasks: Vec<Task> = quantities().map(|quantity| Task { quantity, varied: None }).collect();
         for &parameter in self.parameters.iter().filter(|parameter| !parameter.is_of_times()) {
             let depends =
-                |quantity: &Quantity| unrelated(*quantity, parameter).is_none() && !is_rigid(*quantity, parameter);
+                |quantity: &Quantity| unrelated(*quantity, parameter).is_none() && !has_no_effect(*quantity, parameter);
             for quantity in quantities().filter(depends) {
                 let steps = self.steps().filter(|step| *step != 0);
                 tasks.extend(steps.map(|step| Task { quantity, varied: Some((parameter, step)) }));
@@ -149,7 +149,7 @@ impl Sensitivity {
         let curve = |&parameter: &Parameter| {
             let sampled = |step| match parameter {
                 _ if step == 0 => value(planned),
-                _ if is_rigid(quantity, parameter) => {
+                _ if has_no_effect(quantity, parameter) => {
                     self.setting.with(parameter, self.parameter_value(parameter, step))?;
                     value(planned)
                 }
@@ -177,8 +177,8 @@ impl Sensitivity {
     }
 }
 
-/// Whether the quantity is that of hinges without play, and the parameter changes only the play.
-fn is_rigid(quantity: Quantity, parameter: Parameter) -> bool {
+/// Whether the parameter changes only the play, and the quantity is that of hinges without play.
+fn has_no_effect(quantity: Quantity, parameter: Parameter) -> bool {
     quantity == Quantity::SmallestPitch && parameter.is_of_play()
 }
 

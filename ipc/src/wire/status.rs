@@ -48,7 +48,8 @@ pub struct Status {
     pub tick_max_ns: u64,
     /// Travel up to which a guarded server may move the head, in metres; [`Status::NONE`] for a server that is not guarded.
     pub granted_to_m: f64,
-    /// Travel of a refused seek on a guarded server, in metres, or [`Status::NONE`]. The guard is asked to prove it.
+    /// Travel of a refused seek on a guarded server, in metres, until a grant contains it; else [`Status::NONE`]. The guard is asked to
+    /// prove it.
     pub asked_m: f64,
     /// Travel at which the proven travel ends permanently, in metres; [`Status::NONE`] where the guard has not reached
     /// it.
