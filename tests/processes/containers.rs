@@ -8,6 +8,7 @@ use std::process::Command;
 
 use rustix::process::geteuid;
 use serde_json::Value;
+use test_support::executable::write_executable;
 use test_support::process::Process;
 use test_support::skip::{has_programs, is_possible, skip};
 
@@ -39,7 +40,7 @@ impl Pod {
         let copy = |from: &str, to: &str| {
             let to = root.join(to.trim_start_matches('/'));
             fs::create_dir_all(to.parent().expect("a folder")).expect("the folder is new");
-            fs::copy(from, to).expect("a copy");
+            write_executable(to, fs::read(from).expect("a file of this machine"));
         };
         copy(env!("CARGO_BIN_EXE_bench-dragon"), PROGRAM);
         let mut ldd = Command::new("ldd");

@@ -3,13 +3,14 @@
 
 use std::env;
 use std::fs;
-use std::os::unix::fs::{PermissionsExt as _, symlink};
+use std::os::unix::fs::symlink;
 use std::path::Path;
 use std::process::Command;
 use std::time::Duration;
 
 use tempfile::TempDir;
 use test_support::eventually::within;
+use test_support::executable::write_executable;
 use test_support::process::{Ended, Process};
 use test_support::pytest::pytest;
 
@@ -28,7 +29,7 @@ impl Gate {
         fs::create_dir(gate.path("tests")).expect("the folder is writable");
         fs::create_dir(gate.path("bin")).expect("the folder is writable");
         let original = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/run");
-        fs::copy(original, gate.path("tests/run")).expect("the folder is writable");
+        write_executable(gate.path("tests/run"), fs::read(original).expect("a file of the repository"));
         for tool in TOOLS {
             let found =
                 ["/usr/bin", "/bin"].iter().map(|folder| Path::new(folder).join(tool)).find(|path| path.exists());
@@ -57,9 +58,7 @@ impl Gate {
 
     /// Adds a program, or replaces it.
     fn add(&self, name: &str, script: &str) {
-        let path = self.path("bin").join(name);
-        fs::write(&path, format!("#!/bin/sh\n{script}\n")).expect("the folder is writable");
-        fs::set_permissions(&path, fs::Permissions::from_mode(0o755)).expect("this user owns it");
+        write_executable(self.path("bin").join(name), format!("#!/bin/sh\n{script}\n"));
     }
 
     /// Runs `tests/run` to its end.

@@ -7,6 +7,7 @@ use std::path::Path;
 use std::process::Command;
 
 use test_support::eventually::eventually;
+use test_support::executable::write_executable;
 use test_support::process::{Ended, Process};
 use test_support::skip::{can_start, is_possible};
 
@@ -150,10 +151,9 @@ fn two_users_have_two_buses_and_neither_may_use_the_others() {
     let others = runtime_dir.path().join("bench-dragon");
     fs::create_dir(&others).expect("a folder");
     let program = runtime_dir.path().join("program");
-    fs::copy(env!("CARGO_BIN_EXE_bench-dragon"), &program).expect("a copy");
-    for open in [runtime_dir.path(), &program] {
-        fs::set_permissions(open, std::os::unix::fs::PermissionsExt::from_mode(0o755)).expect("this user owns it");
-    }
+    write_executable(&program, fs::read(env!("CARGO_BIN_EXE_bench-dragon")).expect("the program"));
+    let readable = std::os::unix::fs::PermissionsExt::from_mode(0o755);
+    fs::set_permissions(runtime_dir.path(), readable).expect("this user owns it");
     let server = stage.serve(&[]);
     let run = |args: &[&str], runtime_dir: Option<&Path>| {
         let mut command = Command::new(as_nobody[0]);
