@@ -32,6 +32,7 @@ mod proven_travel;
 mod repeated_walk;
 mod search;
 mod spiral_motion;
+mod stride_extent;
 mod swept_area;
 
 pub(crate) use approach_search::{ApproachSearch, Pairs, Piece, ROUNDING_M};

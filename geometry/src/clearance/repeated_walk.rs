@@ -13,6 +13,7 @@ use std::collections::VecDeque;
 use glam::DVec2;
 
 use super::pose::Pose;
+use super::stride_extent::{StrideExtent, WalkedArc};
 use crate::dragon::{Dimensions, Dragon};
 
 /// Bound on the error of a place, in metres.
@@ -37,28 +38,53 @@ pub(super) struct RepeatedWalk {
     end: Option<[f64; 2]>,
     earlier: Stand,
     later: Stand,
-    /// How far the boards reach from their centres at the earlier pose, up to the later one.
-    reaches_m: Vec<f64>,
 }
 
-/// All benches at one pose.
+/// All handles at one pose.
 #[derive(Clone, Debug, Default)]
-struct Stand {
-    centres: Vec<DVec2>,
-    /// Travels of the handles.
-    travels_m: Vec<f64>,
-}
+struct Stand(Vec<Place>);
 
 impl Stand {
     fn set(&mut self, places: impl Iterator<Item = Place>) {
-        self.centres.clear();
-        self.travels_m.clear();
-        let mut front: Option<DVec2> = None;
-        for Place { position, travel_m, .. } in places {
-            self.centres.extend(front.map(|front| 0.5 * (front + position)));
-            self.travels_m.push(travel_m);
-            front = Some(position);
-        }
+        self.0.clear();
+        self.0.extend(places);
+    }
+
+    /// Sets the head and all handles behind it.
+    fn set_body(&mut self, head: Place, body: &VecDeque<Place>) {
+        let (front, rear) = body.as_slices();
+        self.0.clear();
+        self.0.push(head);
+        self.0.extend_from_slice(front);
+        self.0.extend_from_slice(rear);
+    }
+
+    fn benches(&self) -> usize {
+        self.0.len() - 1
+    }
+
+    /// The middle of a link.
+    fn centre(&self, bench: usize) -> DVec2 {
+        0.5 * (self.0[bench].position + self.0[bench + 1].position)
+    }
+
+    /// How far a handle walks up to a later pose.
+    fn walked_m(&self, later: &Self, handle: usize) -> f64 {
+        later.0[handle].travel_m - self.0[handle].travel_m
+    }
+
+    /// The longest way of a handle up to a later pose.
+    fn longest_walked_m(&self, later: &Self) -> f64 {
+        self.0.iter().zip(&later.0).map(|(from, to)| to.travel_m - from.travel_m).fold(0.0, f64::max)
+    }
+
+    /// Where a bench may be up to a later pose.
+    fn extent(&self, later: &Self, dragon: &Dragon, bench: usize) -> StrideExtent {
+        let arc = |handle: usize| {
+            let ends = [self, later].map(|stand| stand.0[handle].position);
+            WalkedArc::new(ends, self.walked_m(later, handle) + 4.0 * ERROR_M)
+        };
+        StrideExtent::new(dragon, bench, [arc(bench), arc(bench + 1)])
     }
 }
 
@@ -89,8 +115,9 @@ impl RepeatedWalk {
             return None;
         }
         let [head_begin, begin] = self.leaders;
-        let (parameter, _) = dragon.front_before(1, led, [begin, end]);
-        let (head_parameter, _) = dragon.front_before(0, parameter, [head_begin, dragon.end_parameter()]);
+        let arc_m = |bench: usize| self.earlier.0[bench].travel_m - self.earlier.0[bench + 1].travel_m;
+        let (parameter, _) = dragon.front_near(1, led, [begin, end], arc_m(1));
+        let (head_parameter, _) = dragon.front_near(0, parameter, [head_begin, dragon.end_parameter()], arc_m(0));
         let head = Place::at(dragon, head_parameter);
         if head.travel_m > to_m {
             return None;
@@ -99,7 +126,7 @@ impl RepeatedWalk {
         let mut body = self.bodies.pop_front()?;
         body.pop_back();
         body.push_front(Place::at(dragon, parameter));
-        self.later.set(std::iter::once(head).chain(body.iter().copied()));
+        self.later.set_body(head, &body);
         self.bodies.push_back(body);
         Some(head.travel_m)
     }
@@ -117,20 +144,26 @@ impl RepeatedWalk {
 
     /// Replaces `pairs` by those pairs with a leading bench that may come within a clearance between the earlier and the later
     /// pose.
-    pub(super) fn find_pairs(&mut self, dragon: &Dragon, clearance_m: f64, pairs: &mut Vec<[usize; 2]>) {
-        let Self { earlier, later, reaches_m, .. } = self;
-        let radii_m = [0, 1].map(|bench| dragon.board_radius_m(bench) + 2.0 * ERROR_M);
-        let walked_m = |handle: usize| later.travels_m[handle] - earlier.travels_m[handle];
-        reaches_m.clear();
-        reaches_m.extend(
-            (0..earlier.centres.len()).map(|bench| radii_m[bench.min(1)] + walked_m(bench).max(walked_m(bench + 1))),
-        );
-        let meet = |&[first, second]: &[usize; 2]| {
-            let far_m = clearance_m + reaches_m[first] + reaches_m[second];
-            earlier.centres[first].distance_squared(earlier.centres[second]) <= far_m * far_m
-        };
+    ///
+    /// The middles of two links behind each other are at most a link apart. So benches far behind one that is far away are passed over.
+    pub(super) fn find_pairs(&self, dragon: &Dragon, clearance_m: f64, pairs: &mut Vec<[usize; 2]>) {
+        let Self { earlier, later, .. } = self;
+        let radius_m = |bench: usize| dragon.board_radius_m(bench) + 4.0 * ERROR_M;
+        let (link_m, walked_m) = (dragon.dimensions().link_m(1), earlier.longest_walked_m(later));
         pairs.clear();
-        pairs.extend(Dimensions::leading_pairs(earlier.centres.len()).filter(meet));
+        for first in 0..Dimensions::LEADING.min(earlier.benches()) {
+            let (centre, extent) = (earlier.centre(first), earlier.extent(later, dragon, first));
+            let far_m = clearance_m + radius_m(first) + radius_m(1) + 2.0 * walked_m;
+            let mut partners = Dimensions::partners(first, earlier.benches());
+            while let Some(second) = partners.next() {
+                let beyond_m = centre.distance(earlier.centre(second)) - far_m;
+                if beyond_m > 0.0 {
+                    partners.start += (beyond_m / link_m) as usize;
+                } else if !extent.stays_apart(&earlier.extent(later, dragon, second), clearance_m) {
+                    pairs.push([first, second]);
+                }
+            }
+        }
     }
 }
 

@@ -44,9 +44,13 @@ impl Dragon {
     /// The same for the front handle of any bench, whose rear handle is at `parameter`. `begin` and `end` are parameters that the
     /// front handle passes on feasible travel, before and after the result. On other parts of the route, the rear handle of a tight
     /// link may pass `parameter` too.
-    pub(crate) fn front_before(&self, bench: usize, parameter: f64, [begin, end]: [f64; 2]) -> (f64, f64) {
+    pub(crate) fn front_before(&self, bench: usize, parameter: f64, ends: [f64; 2]) -> (f64, f64) {
+        self.front_near(bench, parameter, ends, self.dimensions.link_m(bench))
+    }
+
+    /// The same, sooner found where the front handle is about `ahead_m` of arc ahead of the rear one.
+    pub(crate) fn front_near(&self, bench: usize, parameter: f64, [begin, end]: [f64; 2], ahead_m: f64) -> (f64, f64) {
         let begin = begin.max(parameter);
-        let ahead_m = self.dimensions.link_m(bench);
         let near = parameter + ahead_m / self.route.point(parameter).speed_m_per_unit;
         let guess = self.route.parameter_near(self.route.travel(parameter) + ahead_m, near);
         let mut speed_ratio = 1.0;
