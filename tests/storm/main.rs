@@ -18,6 +18,7 @@
 mod arguments;
 mod books;
 mod endings;
+mod lies;
 mod outside;
 mod player;
 mod random;
@@ -37,7 +38,7 @@ use arguments::{ENDINGS, SCENARIOS, STORM, Scenarios, Task};
 use books::Books;
 use endings::end_sets;
 use random::Random;
-use scenario::play_scenario;
+use scenario::{Account, play_scenario};
 use stage::Stage;
 use supervised::play_shows;
 use troupe::Troupe;
@@ -105,6 +106,7 @@ fn endings(rounds: u32, seed: u64) {
 #[allow(clippy::print_stdout, reason = "a test target without libtest prints its results")]
 fn play_scenarios(scenarios: &Scenarios) {
     let Scenarios { seeds, seconds, only } = scenarios;
+    let mut untold: Vec<_> = lies::names().collect();
     for together in seeds.chunks(SIDE_BY_SIDE) {
         let played = thread::scope(|scope| {
             let play =
@@ -115,10 +117,16 @@ fn play_scenarios(scenarios: &Scenarios) {
         for (seed, outcome) in played {
             let outcome = outcome.unwrap_or_else(|_| panic!("seed {seed}, {seconds} s: a panic"));
             match outcome.unwrap_or_else(|failure| panic!("seed {seed}, {seconds} s: {failure}")) {
-                Some(told) => println!("{told}"),
+                Some(Account { told, lies }) => {
+                    println!("{told}");
+                    untold.retain(|lie| !lies.contains(lie));
+                }
                 None => println!("seed {seed}: a show with timecode, left out"),
             }
         }
+    }
+    if !untold.is_empty() {
+        println!("no show allowed the lies: {}", untold.join("; "));
     }
 }
 

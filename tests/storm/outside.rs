@@ -10,6 +10,7 @@ use simulator::{Promise, Scenario, Script};
 
 use crate::scenario::Played;
 use crate::troupe::Failure;
+use crate::witness::Seen;
 
 /// Rounding of a clearance or a travel, in metres.
 const ROUNDING_M: f64 = 1e-9;
@@ -28,7 +29,7 @@ struct Show<'a> {
 }
 
 /// A frame with the least clearance in it.
-type Seen = (FrameHeader, f64);
+type SeenFrame = (FrameHeader, f64);
 
 /// Checks a show from outside. Returns the number of frames that were compared with the commands.
 pub(crate) fn check(scenario: &Scenario, script: &Script, played: &Played) -> Result<usize, Failure> {
@@ -42,7 +43,7 @@ pub(crate) fn check(scenario: &Scenario, script: &Script, played: &Played) -> Re
         script,
         played,
     };
-    let runs: Vec<&[Seen]> = played.seen.frames.chunk_by(|one, next| one.0.run_id == next.0.run_id).collect();
+    let runs: Vec<&[SeenFrame]> = played.seen.frames.chunk_by(|one, next| one.0.run_id == next.0.run_id).collect();
     let numbers: BTreeSet<u64> = runs.iter().map(|run| run[0].0.run_id).collect();
     require(Promise::TicksWithoutHole, numbers.len() == runs.len(), || "frames of two runs are mixed".to_owned())?;
     let mut compared = 0;
@@ -59,13 +60,22 @@ pub(crate) fn check(scenario: &Scenario, script: &Script, played: &Played) -> Re
     Ok(compared)
 }
 
+/// The events of a run, and the tick up to which they are all there; `None` if some are missing. Nobody commands the first server before the
+/// witness has its first frame.
+pub(crate) fn followed(seen: &Seen, run_id: u64, is_first: bool) -> Option<(&[CommandEvent], u64)> {
+    let &covered = seen.covered.get(&run_id)?;
+    let events = seen.events.get(&run_id).map_or(&[] as &[CommandEvent], Vec::as_slice);
+    let is_whole = events.windows(2).all(|pair| pair[0].number + 1 == pair[1].number);
+    (is_whole && (is_first || events.first().is_none_or(|first| first.number == 0))).then_some((events, covered))
+}
+
 fn require(promise: Promise, holds: bool, what: impl FnOnce() -> String) -> Result<(), Failure> {
     if holds { Ok(()) } else { Err(format!("promise {} {promise:?} is broken: {}", promise.number(), what())) }
 }
 
 impl Show<'_> {
     /// Ticks go up by one for each frame that was read or lost, and frames are due a whole number of periods apart.
-    fn check_ticks(&self, run: &[Seen]) -> Result<(), Failure> {
+    fn check_ticks(&self, run: &[SeenFrame]) -> Result<(), Failure> {
         for pair in run.windows(2) {
             let [(before, _), (next, _)] = pair else { unreachable!("windows of two") };
             require(Promise::TicksWithoutHole, before.tick < next.tick, || format!("{next:?} follows {before:?}"))?;
@@ -82,7 +92,7 @@ impl Show<'_> {
     }
 
     /// No clearance is below the margin, but where the run began or was so before.
-    fn check_margin(&self, run: &[Seen]) -> Result<(), Failure> {
+    fn check_margin(&self, run: &[SeenFrame]) -> Result<(), Failure> {
         let mut exempt_m = Some(run[0].0.course_m);
         let mut was_below = false;
         for (header, clearance_m) in run {
@@ -95,7 +105,7 @@ impl Show<'_> {
     }
 
     /// A restarted server begins where the last one stood, and does not walk before a release unless the show resumes by itself.
-    fn check_restart(&self, before: &[Seen], run: &[Seen]) -> Result<(), Failure> {
+    fn check_restart(&self, before: &[SeenFrame], run: &[SeenFrame]) -> Result<(), Failure> {
         let ((last, _), (first, _)) = (before[before.len() - 1], run[0]);
         if first.tick > 0 {
             return Ok(());
@@ -111,16 +121,9 @@ impl Show<'_> {
     }
 
     /// Follows the accepted commands of a run through its frames. Returns the number of frames.
-    fn check_commands(&self, run: &[Seen], is_first: bool) -> Result<usize, Failure> {
-        let run_id = run[0].0.run_id;
-        let (Some(events), Some(&covered)) =
-            (self.played.seen.events.get(&run_id), self.played.seen.covered.get(&run_id))
-        else {
-            return Ok(0);
-        };
-        let is_whole = events.windows(2).all(|pair| pair[0].number + 1 == pair[1].number);
-        // Nobody commands the first server before the witness has its first frame.
-        if !is_whole || !is_first && events[0].number > 0 {
+    fn check_commands(&self, run: &[SeenFrame], is_first: bool) -> Result<usize, Failure> {
+        let Some((events, covered)) = followed(&self.played.seen, run[0].0.run_id, is_first) else { return Ok(0) };
+        if events.is_empty() {
             return Ok(0);
         }
         let mut book = Book::new(events, is_first && self.script.args.iter().any(|arg| arg == "--held"));
@@ -168,14 +171,12 @@ impl Show<'_> {
         let seen = &self.played.seen;
         for (request, reply) in &self.played.answers {
             let Some(reply) = reply else { continue };
-            let is_covered = seen.covered.get(&reply.run_id).is_some_and(|&tick| tick > reply.tick);
-            let events = seen.events.get(&reply.run_id).map_or(&[] as &[CommandEvent], Vec::as_slice);
-            let is_whole = events.windows(2).all(|pair| pair[0].number + 1 == pair[1].number);
+            let Some((events, covered)) = followed(seen, reply.run_id, true) else { continue };
             let kind = request.to_wire().kind;
             let is_recorded = |event: &CommandEvent| {
                 event.kind == kind && event.tick == reply.tick && event.outcome().is_ok() == reply.outcome().is_ok()
             };
-            require(Promise::RepliesAreTrue, !is_covered || !is_whole || events.iter().any(is_recorded), || {
+            require(Promise::RepliesAreTrue, covered <= reply.tick || events.iter().any(is_recorded), || {
                 format!("{request:?} has the reply {reply:?}, and the record of its run has no such event")
             })?;
         }

@@ -22,6 +22,7 @@ use test_support::children::{children, send};
 use test_support::eventually::{DEADLINE, before_deadline};
 use test_support::process::{Ended, Process};
 
+use crate::lies::find_lies;
 use crate::outside::check;
 use crate::stage::Stage;
 use crate::troupe::Failure;
@@ -36,7 +37,7 @@ const PARTS: [Part; 3] = [Part::Server, Part::Guard, Part::Recorder];
 pub(crate) type Answer = (Request, Option<CommandReply>);
 
 /// What happened in the show of a scenario.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Played {
     pub(crate) seen: Seen,
     pub(crate) answers: Vec<Answer>,
@@ -44,9 +45,17 @@ pub(crate) struct Played {
     pub(crate) ended: Ended,
 }
 
-/// Plays the scenario of a seed with faults for some seconds, or with only some of them. Returns a line about it; `None` for a seed
-/// that real processes cannot repeat.
-pub(crate) fn play_scenario(seed: u64, seconds: f64, only: Option<&[usize]>) -> Result<Option<String>, Failure> {
+/// An account of a show in which no promise was broken.
+pub(crate) struct Account {
+    /// A line about the show.
+    pub(crate) told: String,
+    /// The lies about it that were found.
+    pub(crate) lies: Vec<&'static str>,
+}
+
+/// Plays the scenario of a seed with faults for some seconds, or with only some of them. Returns `None` for a seed that real processes cannot
+/// repeat.
+pub(crate) fn play_scenario(seed: u64, seconds: f64, only: Option<&[usize]>) -> Result<Option<Account>, Failure> {
     let whole = Scenario::of(seed, seconds / 3600.0);
     let scenario = only.map_or_else(|| whole.clone(), |numbers| whole.only(numbers));
     let Some(script) = scenario.script() else { return Ok(None) };
@@ -54,13 +63,16 @@ pub(crate) fn play_scenario(seed: u64, seconds: f64, only: Option<&[usize]>) -> 
     let played = perform(&stage, &scenario, &script)?;
     let checked = check(&scenario, &script, &played)?;
     let verified = verify_recording(&stage)?;
+    let lies = find_lies(&scenario, &script, &played)?;
     let (frames, runs) = (played.seen.frames.len(), played.seen.covered.len());
     let (answers, kills, left_out) = (played.answers.len(), played.kills, script.left_out);
     let answered = played.answers.iter().filter(|(_, reply)| reply.is_some()).count();
-    Ok(Some(format!(
+    let told = format!(
         "seed {seed}: {kills} kills, {answered} of {answers} commands answered, {frames} frames of {runs} runs, {checked} of them \
-         compared with the commands, {verified} verified in the recording; {left_out} faults left out"
-    )))
+         compared with the commands, {verified} verified in the recording; {} lies about it are found; {left_out} faults left out",
+        lies.len()
+    );
+    Ok(Some(Account { told, lies }))
 }
 
 /// Simulates the recorded runs from their commands. Returns the number of equal frames.

@@ -31,7 +31,7 @@ pub struct Process {
 }
 
 /// The exit status and the remaining output of a process that has ended.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Ended {
     /// Exit status.
     pub status: ExitStatus,
