@@ -383,6 +383,34 @@ fn a_grant_that_a_late_one_has_replaced_is_given_again() {
     rehearsal.motion.request(Request::Seek { show_time_s: 100.0 }).expect("the target is proved");
 }
 
+/// A guard that has read no frame for a while takes the head to be where it was. Seeks and their grants may have replaced the travel there.
+#[test]
+fn travel_at_the_last_known_place_of_the_head_is_granted_again_as_a_whole() {
+    let config = Config::from_toml("[monitor]\nguard = true\n").expect("a valid configuration");
+    let mut rehearsal = Rehearsal::new(&config, 10.0, 0);
+    let _ = rehearsal.play();
+    let last_read = rehearsal.motion.head().header(RUN_ID, rehearsal.tick, 0, 1.0, 0);
+    let ask = |rehearsal: &mut Rehearsal<'_>, show_time_s| {
+        assert_eq!(rehearsal.motion.request(Request::Seek { show_time_s }), Err(Refusal::NotProved));
+        rehearsal.tick += 2;
+        let asked = rehearsal.motion.limits().asked_m.map(|travel_m| Asked { travel_m, tick: rehearsal.tick });
+        let grant = rehearsal.guard.advance(&last_read, asked).expect("a grant for the target");
+        rehearsal.motion.request(grant).expect("the grant is for this run");
+        assert!(rehearsal.guard.note_reply(grant, Ok(rehearsal.tick)));
+        grant
+    };
+    let _ = ask(&mut rehearsal, 100.0);
+    rehearsal.motion.request(Request::Seek { show_time_s: 100.0 }).expect("the target is proved");
+    let _ = ask(&mut rehearsal, 300.0);
+    let back_s = last_read.course_m + 0.1;
+    let Request::Grant { from_m, .. } = ask(&mut rehearsal, back_s) else { panic!("a grant") };
+    assert!(
+        from_m <= last_read.course_m,
+        "only {from_m} m and further is granted, not all that the guard takes for granted"
+    );
+    rehearsal.motion.request(Request::Seek { show_time_s: back_s }).expect("the target is proved");
+}
+
 #[test]
 fn a_guard_whose_grants_the_source_does_not_take_gives_no_more() {
     let config = Config::from_toml("[monitor]\nguard = true\n").expect("a valid configuration");

@@ -225,7 +225,18 @@ impl<'a> Guard<'a> {
 
     /// Begins a proof at a new target of a seek. A target that is asked for after the tick in which the server took a grant for it is
     /// granted again: an older grant, which came late, has replaced that one. The status of that tick itself may be older than the grant.
+    ///
+    /// The source may also lack the travel at the head of the last frame: the head was elsewhere since, and another grant has taken its
+    /// place there. That travel is granted again as a whole, and nothing is begun beside it.
     fn prepare(&mut self, asked: Option<Asked>) {
+        let at_head =
+            self.present.as_mut().zip(asked).filter(|(present, asked)| present.proven.contains(asked.travel_m));
+        let asked = if let Some((present, asked)) = at_head {
+            present.granted = present.granted.filter(|granted| asked.tick <= granted.tick);
+            None
+        } else {
+            asked
+        };
         let asked_m = asked.map(|asked| asked.travel_m);
         if asked_m != self.asked_m {
             self.asked_m = asked_m;
