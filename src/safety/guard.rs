@@ -223,26 +223,25 @@ impl<'a> Guard<'a> {
         self.refused_m = self.present.is_none().then_some(travel_m);
     }
 
-    /// Begins a proof at a new target of a seek. A target that is asked for after the tick in which the server took a grant for it is
-    /// granted again: an older grant, which came late, has replaced that one. The status of that tick itself may be older than the grant.
+    /// Begins a proof at a new target of a seek. A target that is asked for again, after its grant, is granted again: an older grant, which
+    /// came late, has replaced that one.
     ///
-    /// The source may also lack the travel at the head of the last frame: the head was elsewhere since, and another grant has taken its
-    /// place there. That travel is granted again as a whole, and nothing is begun beside it.
+    /// A target within the travel at the last known place of the head means that the source lacks that travel: the head was elsewhere since, and
+    /// another grant has replaced it. It is granted again as a whole, and nothing is begun beside it.
     fn prepare(&mut self, asked: Option<Asked>) {
-        let at_head =
-            self.present.as_mut().zip(asked).filter(|(present, asked)| present.proven.contains(asked.travel_m));
-        let asked = if let Some((present, asked)) = at_head {
-            present.granted = present.granted.filter(|granted| asked.tick <= granted.tick);
-            None
-        } else {
-            asked
-        };
+        if let (Some(asked), Some(present)) = (asked, &mut self.present)
+            && present.proven.contains(asked.travel_m)
+        {
+            present.note_asked(asked);
+            self.asked_m = None;
+            return;
+        }
         let asked_m = asked.map(|asked| asked.travel_m);
         if asked_m != self.asked_m {
             self.asked_m = asked_m;
             self.prepared = asked_m.map_or(self.prepared.take(), |asked_m| self.begin(asked_m));
         } else if let (Some(asked), Some(prepared)) = (asked, &mut self.prepared) {
-            prepared.granted = prepared.granted.filter(|granted| asked.tick <= granted.tick);
+            prepared.note_asked(asked);
         }
     }
 
@@ -255,6 +254,12 @@ impl<'a> Guard<'a> {
 }
 
 impl Granting<'_> {
+    /// Notes that the source asks for a part of this travel. If it does so after the tick in which it took the last grant, it has that grant no
+    /// more. The status of that tick itself may be older than the grant.
+    fn note_asked(&mut self, asked: Asked) {
+        self.granted = self.granted.filter(|granted| asked.tick <= granted.tick);
+    }
+
     /// Extends the proof, and returns a grant if a head at `travel_m` needs one.
     fn next_grant(&mut self, run_id: u64, travel_m: f64, horizon_m: f64) -> Option<Request> {
         let is_needed = |granted: Granted| !granted.is_final && granted.to_m < travel_m + horizon_m;

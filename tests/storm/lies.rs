@@ -12,29 +12,33 @@ use crate::troupe::Failure;
 
 /// A lie. It returns false where the show had nothing to lie about.
 struct Lie {
-    what: &'static str,
+    claim: &'static str,
     promise: Promise,
     tell: fn(&Scenario, &mut Played) -> bool,
 }
 
 const LIES: [Lie; 12] = [
-    Lie { what: "a frame comes twice", promise: Promise::TicksWithoutHole, tell: repeat_frame },
-    Lie { what: "frames are neither read nor lost", promise: Promise::TicksWithoutHole, tell: withhold_frames },
-    Lie { what: "a frame is half a period late", promise: Promise::PeriodsAreSkipped, tell: shift_frame },
-    Lie { what: "boards are nearer than the margin", promise: Promise::MarginKept, tell: approach },
-    Lie { what: "a restarted server begins elsewhere", promise: Promise::ResumesWhereItStood, tell: restart_elsewhere },
-    Lie { what: "a held show runs", promise: Promise::StopsAreTrue, tell: hold },
-    Lie { what: "the head walks back", promise: Promise::NoJump, tell: walk_back },
-    Lie { what: "a wait is left without GO", promise: Promise::WaitsForGo, tell: forget_go },
-    Lie { what: "a reply has another tick", promise: Promise::RepliesAreTrue, tell: delay_reply },
-    Lie { what: "the show has failed", promise: Promise::EndsWhenTold, tell: fail },
-    Lie { what: "a killed child has not returned", promise: Promise::DeadChildReturns, tell: kill_more },
-    Lie { what: "more is recorded than published", promise: Promise::RecordingIsPrefix, tell: record_more },
+    Lie { claim: "a frame comes twice", promise: Promise::TicksWithoutHole, tell: repeat_frame },
+    Lie { claim: "frames are neither read nor lost", promise: Promise::TicksWithoutHole, tell: withhold_frames },
+    Lie { claim: "a frame is half a period late", promise: Promise::PeriodsAreSkipped, tell: shift_frame },
+    Lie { claim: "boards are nearer than the margin", promise: Promise::MarginKept, tell: approach },
+    Lie {
+        claim: "a restarted server begins elsewhere",
+        promise: Promise::ResumesWhereItStood,
+        tell: restart_elsewhere,
+    },
+    Lie { claim: "a held show runs", promise: Promise::StopsAreTrue, tell: hold },
+    Lie { claim: "the head walks back", promise: Promise::NoJump, tell: walk_back },
+    Lie { claim: "a wait is left without GO", promise: Promise::WaitsForGo, tell: forget_go },
+    Lie { claim: "a reply has another tick", promise: Promise::RepliesAreTrue, tell: delay_reply },
+    Lie { claim: "the show has failed", promise: Promise::EndsWhenTold, tell: fail },
+    Lie { claim: "a killed child has not returned", promise: Promise::DeadChildReturns, tell: kill_more },
+    Lie { claim: "more is recorded than published", promise: Promise::RecordingIsPrefix, tell: record_more },
 ];
 
-/// What each lie says.
-pub(crate) fn names() -> impl Iterator<Item = &'static str> {
-    LIES.into_iter().map(|lie| lie.what)
+/// The claims of all lies.
+pub(crate) fn claims() -> impl Iterator<Item = &'static str> {
+    LIES.into_iter().map(|lie| lie.claim)
 }
 
 /// Tells every lie that the show allows. Returns those that were found.
@@ -43,14 +47,14 @@ pub(crate) fn names() -> impl Iterator<Item = &'static str> {
 /// A lie was believed, or found by another check than its own.
 pub(crate) fn find_lies(scenario: &Scenario, script: &Script, played: &Played) -> Result<Vec<&'static str>, Failure> {
     let mut found = Vec::new();
-    for Lie { what, promise, tell } in LIES {
+    for Lie { claim, promise, tell } in LIES {
         let mut told = played.clone();
         if !tell(scenario, &mut told) {
             continue;
         }
         match check(scenario, script, &told) {
-            Err(failure) if failure.starts_with(&format!("promise {} ", promise.number())) => found.push(what),
-            outcome => return Err(format!("the lie that {what} has the outcome {outcome:?}")),
+            Err(failure) if failure.starts_with(&format!("promise {} ", promise.number())) => found.push(claim),
+            outcome => return Err(format!("the lie that {claim} has the outcome {outcome:?}")),
         }
     }
     Ok(found)

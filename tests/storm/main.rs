@@ -106,7 +106,7 @@ fn endings(rounds: u32, seed: u64) {
 #[allow(clippy::print_stdout, reason = "a test target without libtest prints its results")]
 fn play_scenarios(scenarios: &Scenarios) {
     let Scenarios { seeds, seconds, only } = scenarios;
-    let mut untold: Vec<_> = lies::names().collect();
+    let mut untold: Vec<_> = lies::claims().collect();
     for together in seeds.chunks(SIDE_BY_SIDE) {
         let played = thread::scope(|scope| {
             let play =

@@ -57,7 +57,8 @@ impl StrideExtent {
         }
     }
 
-    /// Whether the benches stay further apart than `clearance_m`, as far as it can be told across either bench and between their middles.
+    /// Whether the benches are proved to stay further apart than `clearance_m`. The directions across each bench and between their middles
+    /// are tried.
     pub(super) fn stays_apart(&self, other: &Self, clearance_m: f64) -> bool {
         let directions = [self.across(), other.across(), (other.middle() - self.middle()).normalize_or_zero()];
         directions.into_iter().any(|direction| {
