@@ -154,7 +154,6 @@ impl ContactSearch {
                 all_collected
             } else if self.reach.is_none() {
                 self.stride_repeating(to_m);
-                self.collect_meeting_pairs();
                 true
             } else if self.is_clear_from_here() {
                 break;
@@ -269,15 +268,20 @@ impl ContactSearch {
         self.later.place_head(&self.dragon, to_m.min(self.earlier.travel_m + stride_m));
     }
 
-    /// Places the head of `later` at the end of a stride after which the body repeats, or else at most at `to_m`.
+    /// Places the head of `later` at the end of a stride after which the body repeats, or else at most at `to_m`. Collects the pairs of
+    /// a leading bench that may touch on it, and places their benches.
     fn stride_repeating(&mut self, to_m: f64) {
-        if let Some(travel_m) = self.walk.stride(&self.dragon, to_m) {
+        let travel_m = self.walk.stride(&self.dragon, self.clearance_m, to_m, &mut self.pairs);
+        if let Some(travel_m) = travel_m {
             self.later.place_head(&self.dragon, travel_m);
-            return;
+        } else {
+            self.stride(to_m);
+            self.later.extend_to(&self.dragon, usize::MAX);
+            self.walk.walk_to(&self.dragon, &self.later, self.clearance_m, &mut self.pairs);
         }
-        self.stride(to_m);
-        self.later.extend_to(&self.dragon, usize::MAX);
-        self.walk.stand(&self.later);
+        let placed = self.pairs.iter().map(|[_, second]| second + 1).max().unwrap_or(0);
+        self.earlier.extend_to(&self.dragon, placed);
+        self.later.extend_to(&self.dragon, placed);
     }
 
     fn advance(&mut self) {
@@ -308,17 +312,6 @@ impl ContactSearch {
         self.pairs.extend(self.near.within(&self.earlier.boards, reach_m).iter().map(|pair| pair.benches));
         self.dragon.meter().add(self.near.take_steps());
         self.earlier.boards.len() < 3 || self.near.has_found_all(reach_m)
-    }
-
-    /// Collects the pairs of a leading bench that may touch on a stride of the repeating walk, and places their benches.
-    fn collect_meeting_pairs(&mut self) {
-        let Self { dragon, clearance_m, walk, pairs, earlier, later, .. } = self;
-        dragon.meter().add(dragon.dimensions().benches() as u64);
-        walk.find_pairs(dragon, *clearance_m, pairs);
-        let placed = pairs.iter().map(|[_, second]| second + 1).max().unwrap_or(0);
-        earlier.extend_to(dragon, placed);
-        later.extend_to(dragon, placed);
-        walk.advance();
     }
 
     /// Collects the pairs of a leading bench that may touch on the stride.

@@ -5,6 +5,10 @@
 //! where handle 2 reaches handle 1 of one of the latest poses, in turn. A stride takes two searches for a front handle, for any
 //! number of benches.
 //!
+//! Where nothing has been near for a link of the way, a stride ends where handle 2 reaches handle 1 of the pose at which it begins: it is
+//! as long as a link. The other poses are left behind. Each is brought up when its turn comes again, by one search for a front handle
+//! for each link that it missed. So long strides that have to end early cost little.
+//!
 //! The places are exact to about 10⁻¹² m for each link that the dragon has walked. They serve to rule out pairs. Pairs that may
 //! be near are placed by the chain rule again.
 
@@ -13,7 +17,7 @@ use std::collections::VecDeque;
 use glam::DVec2;
 
 use super::pose::Pose;
-use super::stride_extent::{StrideExtent, WalkedArc};
+use super::stride_extent::{StrideExtent, WalkedArc, is_kept_apart};
 use crate::dragon::{Dimensions, Dragon};
 
 /// Bound on the error of a place, in metres.
@@ -30,14 +34,15 @@ struct Place {
 /// A walk in strides after which the body repeats.
 #[derive(Clone, Debug, Default)]
 pub(super) struct RepeatedWalk {
-    /// The places of handle 1 and all behind it at the latest poses. At each, handle 1 is ahead of handle 2 of the last.
+    /// The places of handle 1 and all behind it at poses, the pose of the last stride at the end. Handle 1 of each is ahead of handle 2
+    /// of the one before it, and of the last pose unless long strides left it behind.
     bodies: VecDeque<VecDeque<Place>>,
-    /// Parameters of the head and of handle 1 at the latest pose.
-    leaders: [f64; 2],
     /// Parameters of handles 1 and 2 at the end of the run, if they were calculated.
     end: Option<[f64; 2]>,
     earlier: Stand,
     later: Stand,
+    /// Number of strides without a pair since the last one with a pair.
+    quiet: usize,
 }
 
 /// All handles at one pose.
@@ -50,13 +55,14 @@ impl Stand {
         self.0.extend(places);
     }
 
-    /// Sets the head and all handles behind it.
-    fn set_body(&mut self, head: Place, body: &VecDeque<Place>) {
+    /// Sets the first two handles, and behind them those of a body but its last one.
+    fn set_behind(&mut self, leading: [Place; 2], body: &VecDeque<Place>) {
         let (front, rear) = body.as_slices();
         self.0.clear();
-        self.0.push(head);
+        self.0.extend(leading);
         self.0.extend_from_slice(front);
         self.0.extend_from_slice(rear);
+        self.0.pop();
     }
 
     fn benches(&self) -> usize {
@@ -66,6 +72,11 @@ impl Stand {
     /// The middle of a link.
     fn centre(&self, bench: usize) -> DVec2 {
         0.5 * (self.0[bench].position + self.0[bench + 1].position)
+    }
+
+    /// Length of the route between the handles of a bench.
+    fn arc_m(&self, bench: usize) -> f64 {
+        self.0[bench].travel_m - self.0[bench + 1].travel_m
     }
 
     /// How far a handle walks up to a later pose.
@@ -78,13 +89,20 @@ impl Stand {
         self.0.iter().zip(&later.0).map(|(from, to)| to.travel_m - from.travel_m).fold(0.0, f64::max)
     }
 
+    /// Where a handle may be up to a later pose.
+    fn arc(&self, later: &Self, handle: usize) -> WalkedArc {
+        let ends = [self, later].map(|stand| stand.0[handle].position);
+        WalkedArc::new(ends, self.walked_m(later, handle) + 4.0 * ERROR_M)
+    }
+
     /// Where a bench may be up to a later pose.
     fn extent(&self, later: &Self, dragon: &Dragon, bench: usize) -> StrideExtent {
-        let arc = |handle: usize| {
-            let ends = [self, later].map(|stand| stand.0[handle].position);
-            WalkedArc::new(ends, self.walked_m(later, handle) + 4.0 * ERROR_M)
-        };
-        StrideExtent::new(dragon, bench, [arc(bench), arc(bench + 1)])
+        StrideExtent::new(dragon, bench, [bench, bench + 1].map(|handle| self.arc(later, handle)))
+    }
+
+    /// Whether two benches are proved to stay further apart than a clearance up to a later pose, by the links between them.
+    fn keeps_apart(&self, later: &Self, dragon: &Dragon, benches: [usize; 2], clearance_m: f64) -> bool {
+        !dragon.route().is_on_ground() && is_kept_apart(dragon, benches, |handle| self.arc(later, handle), clearance_m)
     }
 }
 
@@ -92,53 +110,98 @@ impl RepeatedWalk {
     /// Forgets all poses.
     pub(super) fn clear(&mut self) {
         self.bodies.clear();
+        self.quiet = 0;
     }
 
     /// Adds a pose with all its handles, later than the others.
     pub(super) fn add(&mut self, pose: &Pose) {
-        self.stand(pose);
-        self.advance();
+        self.earlier.set(places(pose));
         let last = pose.handles[2].parameter;
         self.bodies.retain(|body| body[0].parameter > last);
         self.bodies.push_back(places(pose).skip(1).collect());
     }
 
-    /// Walks the next stride after which the body repeats. Returns the head's travel there; `None`, without a stride, if that
-    /// is beyond `to_m`.
-    pub(super) fn stride(&mut self, dragon: &Dragon, to_m: f64) -> Option<f64> {
+    /// Walks the next stride after which the body repeats, and replaces `pairs` by those pairs with a leading bench that may come within
+    /// a clearance on it. Returns the head's travel there; `None`, without a stride, if that is beyond `to_m`.
+    pub(super) fn stride(
+        &mut self,
+        dragon: &Dragon,
+        clearance_m: f64,
+        to_m: f64,
+        pairs: &mut Vec<[usize; 2]>,
+    ) -> Option<f64> {
+        let latest = self.bodies.len().checked_sub(1)?;
+        if self.quiet > latest {
+            if let Some(travel_m) = self.look(dragon, latest, to_m) {
+                self.find_pairs(dragon, clearance_m, pairs);
+                if pairs.is_empty() {
+                    self.advance(latest);
+                    return Some(travel_m);
+                }
+            }
+            self.quiet = 0;
+        }
+        self.bring_up(dragon);
+        let travel_m = self.look(dragon, 0, to_m)?;
+        self.find_pairs(dragon, clearance_m, pairs);
+        self.quiet = if pairs.is_empty() { self.quiet + 1 } else { 0 };
+        self.advance(0);
+        Some(travel_m)
+    }
+
+    /// Walks to a pose with all its handles, before the next one after which the body repeats. Replaces `pairs` as
+    /// [`stride`](Self::stride) does.
+    pub(super) fn walk_to(&mut self, dragon: &Dragon, pose: &Pose, clearance_m: f64, pairs: &mut Vec<[usize; 2]>) {
+        self.later.set(places(pose));
+        self.find_pairs(dragon, clearance_m, pairs);
+        std::mem::swap(&mut self.earlier, &mut self.later);
+    }
+
+    /// Sets the later pose: that at which handle 2 is where handle 1 of a body is. Returns the head's travel, at most `to_m`.
+    fn look(&mut self, dragon: &Dragon, body: usize, to_m: f64) -> Option<f64> {
+        let led = self.bodies.get(body)?[0].parameter;
+        let [head, front] = [0, 1].map(|handle: usize| self.earlier.0[handle].parameter);
+        let front = self.front_before(dragon, led, front)?;
+        let (head, _) = dragon.front_near(0, front.parameter, [head, dragon.end_parameter()], self.earlier.arc_m(0));
+        let head = Place::at(dragon, head);
+        if head.travel_m > to_m {
+            return None;
+        }
+        self.later.set_behind([head, front], &self.bodies[body]);
+        Some(head.travel_m)
+    }
+
+    /// Where handle 1 is when handle 2 is at `led`. It passes `begin` earlier. `None` if the run ends before.
+    fn front_before(&mut self, dragon: &Dragon, led: f64, begin: f64) -> Option<Place> {
         let [end, led_end] = *self.end.get_or_insert_with(|| {
             let mut chain = dragon.chain(dragon.end_travel_m()).expect("the run's end is in it").skip(1);
             [(); 2].map(|()| chain.next().expect("every handle has a position throughout the run").parameter)
         });
-        let led = self.bodies.front()?[0].parameter;
         if led > led_end {
             return None;
         }
-        let [head_begin, begin] = self.leaders;
-        let arc_m = |bench: usize| self.earlier.0[bench].travel_m - self.earlier.0[bench + 1].travel_m;
-        let (parameter, _) = dragon.front_near(1, led, [begin, end], arc_m(1));
-        let (head_parameter, _) = dragon.front_near(0, parameter, [head_begin, dragon.end_parameter()], arc_m(0));
-        let head = Place::at(dragon, head_parameter);
-        if head.travel_m > to_m {
-            return None;
+        let (parameter, _) = dragon.front_near(1, led, [begin, end], self.earlier.arc_m(1));
+        Some(Place::at(dragon, parameter))
+    }
+
+    /// Brings up the first body until its handle 1 is ahead of handle 2 of the last pose.
+    fn bring_up(&mut self, dragon: &Dragon) {
+        while let Some(led) = self.bodies.front().map(|body| body[0].parameter)
+            && led <= self.earlier.0[2].parameter
+            && let Some(front) = self.front_before(dragon, led, led)
+        {
+            let body = &mut self.bodies[0];
+            body.pop_back();
+            body.push_front(front);
         }
-        self.leaders = [head_parameter, parameter];
-        let mut body = self.bodies.pop_front()?;
+    }
+
+    /// Makes the later pose the earlier one, and the body that it repeats the last one.
+    fn advance(&mut self, body: usize) {
+        let mut body = self.bodies.remove(body).expect("the pose repeats a body");
         body.pop_back();
-        body.push_front(Place::at(dragon, parameter));
-        self.later.set_body(head, &body);
+        body.push_front(self.later.0[1]);
         self.bodies.push_back(body);
-        Some(head.travel_m)
-    }
-
-    /// Stands at a pose with all its handles, which does not repeat an earlier one.
-    pub(super) fn stand(&mut self, pose: &Pose) {
-        self.leaders = [0, 1].map(|handle: usize| pose.handles[handle].parameter);
-        self.later.set(places(pose));
-    }
-
-    /// Makes the later pose the earlier one.
-    pub(super) fn advance(&mut self) {
         std::mem::swap(&mut self.earlier, &mut self.later);
     }
 
@@ -146,10 +209,11 @@ impl RepeatedWalk {
     /// pose.
     ///
     /// The middles of two links behind each other are at most a link apart. So benches far behind one that is far away are passed over.
-    pub(super) fn find_pairs(&self, dragon: &Dragon, clearance_m: f64, pairs: &mut Vec<[usize; 2]>) {
+    fn find_pairs(&self, dragon: &Dragon, clearance_m: f64, pairs: &mut Vec<[usize; 2]>) {
         let Self { earlier, later, .. } = self;
         let radius_m = |bench: usize| dragon.board_radius_m(bench) + 4.0 * ERROR_M;
         let (link_m, walked_m) = (dragon.dimensions().link_m(1), earlier.longest_walked_m(later));
+        dragon.meter().add(dragon.dimensions().benches() as u64);
         pairs.clear();
         for first in 0..Dimensions::LEADING.min(earlier.benches()) {
             let (centre, extent) = (earlier.centre(first), earlier.extent(later, dragon, first));
@@ -159,7 +223,9 @@ impl RepeatedWalk {
                 let beyond_m = centre.distance(earlier.centre(second)) - far_m;
                 if beyond_m > 0.0 {
                     partners.start += (beyond_m / link_m) as usize;
-                } else if !extent.stays_apart(&earlier.extent(later, dragon, second), clearance_m) {
+                } else if !extent.stays_apart(&earlier.extent(later, dragon, second), clearance_m)
+                    && !earlier.keeps_apart(later, dragon, [first, second], clearance_m)
+                {
                     pairs.push([first, second]);
                 }
             }

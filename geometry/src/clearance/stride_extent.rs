@@ -6,6 +6,11 @@
 //! A board is the segment between its handles, grown by the hole offset h along its heading u and by half of the width across. In the
 //! direction n, that is at most h·|n·u| more than the handles, plus half of the width. |n·u| is the extent of the link in that direction,
 //! divided by its length. On ground, h is seen shorter by the same share as the link.
+//!
+//! Benches behind each other walk over the same places, one after the other. There, the links between them prove more. Let d be a
+//! direction and n the one across. A link of the length L whose handles reach over a width of δ < L in the direction n is at least
+//! √(L² − δ²) long in the direction d at every instant, and keeps its sense. So the gap of two benches in the direction d is at least the
+//! sum of that over the links between them, less what their boards reach beyond their handles.
 
 use glam::DVec2;
 
@@ -36,6 +41,11 @@ impl WalkedArc {
         let half_chord = 0.5 * (to - from);
         let bulge_m2 = (0.25 * arc_m * arc_m - half_chord.length_squared()).max(0.0);
         Self { middle: 0.5 * (from + to), half_chord, bulge_m2 }
+    }
+
+    /// Its place at the earlier end of the stride.
+    fn begin(&self) -> DVec2 {
+        self.middle - self.half_chord
     }
 
     /// The middle of the places in a direction, and how far they reach from it.
@@ -88,6 +98,33 @@ impl StrideExtent {
     }
 }
 
+/// Whether the links between two benches are proved to keep them further apart than `clearance_m`, on level ground. `handles` are those
+/// of the first bench, of the links between, and of the second bench.
+pub(super) fn is_kept_apart(
+    dragon: &Dragon,
+    [first, second]: [usize; 2],
+    handles: impl Fn(usize) -> WalkedArc,
+    clearance_m: f64,
+) -> bool {
+    let dimensions = dragon.dimensions();
+    let ahead = (handles(first).begin() - handles(second + 1).begin()).normalize_or_zero();
+    let mut gap_m = -clearance_m;
+    for bench in first..=second {
+        let [front, rear] = [handles(bench), handles(bench + 1)];
+        let [[front_m, front_reach_m], [rear_m, rear_reach_m]] = [front, rear].map(|handle| handle.along(ahead.perp()));
+        let (link_m, width_m) = (dimensions.link_m(bench), (front_m - rear_m).abs() + front_reach_m + rear_reach_m);
+        if width_m >= link_m || ahead.dot(front.begin() - rear.begin()) <= 0.0 {
+            return false;
+        }
+        gap_m += if bench == first || bench == second {
+            -dimensions.hole_offset_m() - 0.5 * dimensions.width_m() * width_m / link_m
+        } else {
+            (link_m * link_m - width_m * width_m).sqrt()
+        };
+    }
+    gap_m > 0.0
+}
+
 #[cfg(test)]
 mod tests {
     use std::sync::Arc;
@@ -98,7 +135,7 @@ mod tests {
     use super::super::pose::Pose;
     use super::*;
     use crate::ground::Ground;
-    use crate::route::Turnaround;
+    use crate::route::{PathSegment, PathSpec, RouteSpec, Turnaround};
 
     /// Rounding of positions.
     const ROUNDING_M: f64 = 1e-9;
@@ -108,7 +145,7 @@ mod tests {
         let benches = (1.0..4.0_f64, 1.0..3.0_f64, 0.05..0.6_f64, 0.0..0.45_f64);
         let turns = (0.5..2.5_f64, 4.0..12.0_f64, 0.5..2.0_f64);
         let slopes = proptest::option::of((-0.8..0.8_f64, -0.8..0.8_f64));
-        let parts = (0.0..1.0_f64, 0.01..1.5_f64, 0.0..1.0_f64);
+        let parts = (0.0..1.0_f64, 0.01..3.0_f64, 0.0..1.0_f64);
         (benches, turns, slopes, parts).prop_filter_map("cannot stand", |(benches, turn, slope, parts)| {
             let (head_m, body_m, width_m, hole_m) = benches;
             let dimensions = Dimensions::new(12, head_m, body_m, width_m, hole_m).ok()?;
@@ -129,12 +166,13 @@ mod tests {
         })
     }
 
-    fn extent(dragon: &Dragon, bench: usize, [earlier, .., later]: &[Pose; 3]) -> StrideExtent {
-        let arc = |handle: usize| {
-            let ends = [earlier, later].map(|pose| pose.handles[handle].position);
-            WalkedArc::new(ends, later.handle_travels_m[handle] - earlier.handle_travels_m[handle] + ROUNDING_M)
-        };
-        StrideExtent::new(dragon, bench, [arc(bench), arc(bench + 1)])
+    fn arc([earlier, .., later]: &[Pose; 3], handle: usize) -> WalkedArc {
+        let ends = [earlier, later].map(|pose| pose.handles[handle].position);
+        WalkedArc::new(ends, later.handle_travels_m[handle] - earlier.handle_travels_m[handle] + ROUNDING_M)
+    }
+
+    fn extent(dragon: &Dragon, bench: usize, poses: &[Pose; 3]) -> StrideExtent {
+        StrideExtent::new(dragon, bench, [bench, bench + 1].map(|handle| arc(poses, handle)))
     }
 
     proptest! {
@@ -162,6 +200,31 @@ mod tests {
                 }
             }
         }
+
+        #[test]
+        fn benches_that_their_links_keep_apart_are_never_nearer((dragon, poses) in strides(), clearance_m in 0.0..1.0_f64) {
+            prop_assume!(!dragon.route().is_on_ground());
+            for [first, second] in Dimensions::leading_pairs(poses[1].boards.len()) {
+                if is_kept_apart(&dragon, [first, second], |handle| arc(&poses, handle), clearance_m) {
+                    let found_m = poses[1].boards[first].clearance(&poses[1].boards[second]);
+                    prop_assert!(found_m >= clearance_m - ROUNDING_M, "{first} and {second}: {found_m} < {clearance_m}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn benches_that_walk_behind_each_other_over_the_same_places_are_kept_apart_by_the_link_between() {
+        let dimensions = Dimensions::new(5, 2.0, 2.0, 0.3, 0.25).expect("valid dimensions");
+        let line = RouteSpec::from(PathSpec { segments: vec![PathSegment::Line { length_m: 60.0 }], laps: None });
+        let route = line.build(1.0, dimensions.links_m()).expect("a valid line");
+        let dragon = Dragon::new(dimensions, Arc::new(route)).expect("the dragon stands");
+        let poses = [20.0, 20.5, 21.5].map(|travel_m| Pose::of(&dragon, travel_m, usize::MAX));
+        let is_kept = |clearance_m: f64| is_kept_apart(&dragon, [0, 2], |handle| arc(&poses, handle), clearance_m);
+        // A link of 1.5 m between holes that are 0.25 m from the ends of the boards.
+        assert!(!extent(&dragon, 0, &poses).stays_apart(&extent(&dragon, 2, &poses), 0.0));
+        assert!(is_kept(0.9999));
+        assert!(!is_kept(1.0001));
     }
 
     #[test]
