@@ -90,10 +90,13 @@ fn what_was_not_searched_is_said_and_a_file_that_is_left_out_does_not_stay() {
     let stage = Stage::new();
     fs::write(stage.path("two.toml"), SHOW).expect("the folder is writable");
     hand_over(&stage, &["two.toml", "--out", "crew"]).expect_clean();
-    // Ten dragons that all leave at once have more pairs than this work allows.
-    let at_once = include_str!("../../examples/square.toml").lines();
-    let at_once: Vec<_> = at_once.map(|line| if line.starts_with("start_s") { "start_s = 0" } else { line }).collect();
-    fs::write(stage.path("ten.toml"), at_once.join("\n")).expect("the folder is writable");
+    // Ten dragons of 300 benches that all leave at once have more pairs than this work allows.
+    let at_once = include_str!("../../examples/square.toml").lines().map(|line| match line.split(' ').next() {
+        Some("start_s") => "start_s = 0",
+        Some("benches") => "benches = 300",
+        _ => line,
+    });
+    fs::write(stage.path("ten.toml"), at_once.collect::<Vec<_>>().join("\n")).expect("the folder is writable");
     let ended = hand_over(&stage, &["ten.toml", "--work", "1", "--step", "0.001", "--out", "crew"]).expect_clean();
     assert!(
         ended.stdout.contains("attention      no contact before 0.000 s; not searched further"),

@@ -3,10 +3,12 @@
 use std::collections::BTreeSet;
 use std::net::UdpSocket;
 
+use bench_dragon::system::clock::monotonic_ns;
 use bench_dragon_ipc::FrameHeader;
 use rosc::{OscBundle, OscPacket, OscTime, OscType, decoder};
 use rustix::process::Signal;
 use serde_json::Value;
+use test_support::eventually::eventually;
 
 use crate::first_tracker::{FirstTracker, receiver, wait_for};
 use crate::reader::{Reader, Shot};
@@ -27,12 +29,19 @@ fn serve(stage: &Stage) -> (Server, Reader) {
     (server, reader)
 }
 
-/// Returns the frames of the bus. At least one of them was late.
-fn late_shots(reader: &mut Reader) -> Vec<Shot> {
-    let shots = reader.read_unread();
+/// Stops the server until its bridge reports it as silent, and until the frame that is due next is late. `await_silence` waits for the
+/// report.
+fn make_late(server: &Server, await_silence: impl FnOnce()) {
+    server.process.signal(Signal::STOP);
+    let until_ns = monotonic_ns() + LATE_NS + 2 * PERIOD_NS;
+    await_silence();
+    eventually("the next frame is late", || (monotonic_ns() >= until_ns).then_some(()));
+    server.process.signal(Signal::CONT);
+}
+
+fn assert_one_is_late(shots: &[Shot]) {
     let lateness_ns = |FrameHeader { scheduled_ns, published_ns, .. }: FrameHeader| published_ns - scheduled_ns;
     assert!(shots.iter().any(|shot| lateness_ns(shot.header) > LATE_NS), "the server was late");
-    shots
 }
 
 fn epoch_ns(started: &Value) -> u64 {
@@ -46,7 +55,7 @@ fn trackers_of_a_late_server_have_the_instants_that_their_poses_are_for() {
     let (server, mut reader) = serve(&stage);
     let mut bridge = stage.start(&["bridge", "psn", "--to", &target, "--rate", "250", "--format", "json"]);
     let epoch_ns = epoch_ns(&bridge.json());
-    let mut times_us = BTreeSet::new();
+    let (mut shots, mut times_us) = (Vec::new(), BTreeSet::new());
     for _ in 0..4 {
         let mut collect = |status: f32| {
             wait_for(&socket, |tracker| {
@@ -56,17 +65,16 @@ fn trackers_of_a_late_server_have_the_instants_that_their_poses_are_for() {
             });
         };
         collect(1.0);
-        server.process.signal(Signal::STOP);
-        collect(0.0);
-        server.process.signal(Signal::CONT);
+        make_late(&server, || collect(0.0));
         collect(1.0);
+        shots.extend(reader.read_unread());
     }
     bridge.terminate().expect_clean();
     server.stop();
-    let due_us: BTreeSet<u64> = late_shots(&mut reader)
-        .iter()
-        .filter_map(|shot| Some(shot.header.scheduled_ns.checked_sub(epoch_ns)? / 1_000))
-        .collect();
+    shots.extend(reader.read_unread());
+    assert_one_is_late(&shots);
+    let due_us: BTreeSet<u64> =
+        shots.iter().filter_map(|shot| Some(shot.header.scheduled_ns.checked_sub(epoch_ns)? / 1_000)).collect();
     assert!(times_us.is_subset(&due_us), "{:?}", times_us.difference(&due_us));
     for pair in times_us.iter().collect::<Vec<_>>().windows(2) {
         assert_eq!((pair[1] - pair[0]) % (PERIOD_NS / 1_000), 0, "{pair:?}: whole periods apart");
@@ -119,17 +127,18 @@ fn bundles_of_a_late_server_have_the_instants_that_their_poses_are_for() {
         "--format",
         "json",
     ]);
-    let mut times = Vec::new();
+    let (mut shots, mut times) = (Vec::new(), Vec::new());
     for _ in 0..4 {
-        times.extend(osc_until(&socket, 1).0);
-        server.process.signal(Signal::STOP);
-        times.extend(osc_until(&socket, 0).0);
-        server.process.signal(Signal::CONT);
-        times.extend(osc_until(&socket, 1).0);
+        let mut collect = |fresh| times.extend(osc_until(&socket, fresh).0);
+        collect(1);
+        make_late(&server, || collect(0));
+        collect(1);
+        shots.extend(reader.read_unread());
     }
     bridge.terminate().expect_clean();
     server.stop();
-    late_shots(&mut reader);
+    shots.extend(reader.read_unread());
+    assert_one_is_late(&shots);
     let ns =
         |time: &OscTime| u64::from(time.seconds) * 1_000_000_000 + ((u64::from(time.fractional) * 1_000_000_000) >> 32);
     for time in &times {

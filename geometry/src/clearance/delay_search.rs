@@ -6,7 +6,8 @@
 //!
 //! 1. *Climb.* From a point of the zone, the clearance of its nearest pair stays within the limit while a board moves by less
 //!    than the depth, which is the limit minus the clearance. So the delay changes in proved steps. After each step, the point
-//!    slides along its plan to where the boards are nearest. Where the moving dragon stands, every further delay meets.
+//!    slides along its plan to about where the boards are nearest. Where the moving dragon stands, every further delay meets. A climb
+//!    ends where it reaches delays that are known.
 //! 2. *Cells.* A cell is a rectangle of own times. It needs no look if all of its delays are known to meet. It is free if the mean
 //!    of the clearances at two opposite corners, minus half of the boards' displacements in between, exceeds the limit. Else it is
 //!    halved, down to a quarter of a link.
@@ -19,22 +20,25 @@
 //! So outside the result no plan meets. At each of its delays two boards come within the limit, plus at most what they move in
 //! twice [`RESOLUTION_S`]: about 2 mm.
 
-use std::ops::ControlFlow;
 use std::rc::Rc;
 
 use super::meeting_zone::Tip;
-use super::own_time::{Nearest, Posed, Walker, nearest, nearest_at};
+use super::own_time::{Nearest, NearestBenches, Posed, Walker, nearest, nearest_at, nearest_benches_at};
 use super::pair::{Members, Pair};
 use super::pair_motion::GRAZE_M;
 use super::pair_tracker::PairTracker;
 use super::plan_motion::point_speed_mps;
-use super::pose::Pose;
+use super::pose::{Pose, drift_m};
 use crate::formation::DelaySet;
 
 /// Delays that differ by less are not told apart, in seconds.
 pub(super) const RESOLUTION_S: f64 = 1.0 / 4096.0;
 /// Shortest proved step of a climb, in seconds. A climb that would take shorter steps ends.
 const LEAST_STEP_S: f64 = RESOLUTION_S / 32.0;
+/// Known delays ahead of a climb that end it, in seconds: an earlier one went on there. What is given up alone is shorter.
+const KNOWN_AHEAD_S: f64 = 4.0 * RESOLUTION_S;
+/// Share of the step on which a board moves by the depth at its present speed that is tried first.
+const FIRST_SHARE: f64 = 0.98;
 /// Points that are tried to find the nearest boards along a plan.
 const SLIDES: u32 = 10;
 /// Distance of these points, in the longest one, at which the search for the nearest boards ends.
@@ -95,7 +99,12 @@ pub(super) fn look(walkers: &[Walker; 2], cell: &Cell) -> Look {
 
 /// The delays of a cell.
 fn delays_of(cell: &Cell) -> [f64; 2] {
-    [cell[0].span_s[0] - cell[1].span_s[1], cell[0].span_s[1] - cell[1].span_s[0]]
+    delays_between(cell.each_ref().map(|side| side.span_s))
+}
+
+/// The delays of two intervals of own times.
+fn delays_between([ours, theirs]: [[f64; 2]; 2]) -> [f64; 2] {
+    [ours[0] - theirs[1], ours[1] - theirs[0]]
 }
 
 /// The side that is to be halved next, of those that are long and on which the dragon walks.
@@ -145,6 +154,11 @@ impl<'a> DelaySearch<'a> {
     fn check(&self) -> Result<(), OutOfWork> {
         let is_spent = self.walkers.iter().any(|walker| walker.planned.dragon.meter().is_spent());
         if is_spent { Err(OutOfWork) } else { Ok(()) }
+    }
+
+    /// Whether all delays of a cell of these own times are known to meet, so that it needs no look.
+    pub(super) fn covers(&self, spans_s: [[f64; 2]; 2]) -> bool {
+        self.delays.covers(delays_between(spans_s))
     }
 
     /// Evaluates a cell of the zone.
@@ -259,7 +273,7 @@ impl<'a> DelaySearch<'a> {
         self.add_tubes(cell, [delay_s, high_s], &unproved)
     }
 
-    /// The first own time of the first dragon at which a pair may be within the clearance, of plans whose delays differ by at
+    /// An own time of the first dragon at which a pair is within the clearance, or may be, of plans whose delays differ by at
     /// most `half_s` from this one.
     fn touch_s(&self, tube: &Tube, half_s: f64, delay_s: f64, [from_s, to_s]: [f64; 2]) -> Option<f64> {
         // Without a bound on the speeds, the product has no value either.
@@ -271,13 +285,7 @@ impl<'a> DelaySearch<'a> {
         let later = self.walkers[1].planned.leaving_at(delay_s);
         let members = Members::TwoDragons([(&self.walkers[0].planned, tube.benches[0]), (&later, tube.benches[1])]);
         let pair = Pair { members, benches: tube.benches };
-        let ends = [pair.solve(from_s), pair.solve(to_s)];
-        let [ours, theirs] = &ends[0].benches;
-        if ours.board.clearance(&theirs.board) <= limit_m + GRAZE_M {
-            return Some(from_s);
-        }
-        let touch = PairTracker::track_between(pair, limit_m, ends, &mut ControlFlow::Break).break_value();
-        touch.map(|event| event.contact().travel_m)
+        PairTracker::touch_between(pair, limit_m, [pair.solve(from_s), pair.solve(to_s)])
     }
 
     /// Counts delays as meeting, which is not proved.
@@ -299,33 +307,39 @@ impl<'a> DelaySearch<'a> {
         if self.delays.covers([delay_s - LEAST_STEP_S, delay_s + LEAST_STEP_S]) {
             return Ok(());
         }
-        let nearest = self.slide(nearest_at(self.walkers, times_s));
+        let nearest = self.slide(nearest_benches_at(self.walkers, times_s));
         self.climb_from(nearest, 1.0)?;
         self.climb_from(nearest, -1.0)
     }
 
     /// Climbs to greater delays, or to smaller ones if `sign` is −1.
-    fn climb_from(&mut self, mut here: Nearest, sign: f64) -> Result<(), OutOfWork> {
+    fn climb_from(&mut self, mut here: NearestBenches, sign: f64) -> Result<(), OutOfWork> {
         let end = usize::from(sign > 0.0);
+        let mut delay_s = here.nearest.times_s[0] - here.nearest.times_s[1];
         loop {
             self.check()?;
-            let delay_s = here.times_s[0] - here.times_s[1];
-            let depth_m = self.clearance_m - here.approach.clearance_m;
-            if self.stands_at(0, here.times_s[0], sign) || self.stands_at(1, here.times_s[1], -sign) {
+            let Nearest { mut times_s, approach, .. } = here.nearest;
+            let depth_m = self.clearance_m - approach.clearance_m;
+            if self.stands_at(0, times_s[0], sign) || self.stands_at(1, times_s[1], -sign) {
                 self.delays.insert(if end == 1 { [delay_s, f64::INFINITY] } else { [f64::NEG_INFINITY, delay_s] });
                 return Ok(());
             }
             let steps_s = [self.step_s(&here, 0, sign, depth_m), self.step_s(&here, 1, -sign, depth_m)];
             let moved = usize::from(steps_s[1].abs() > steps_s[0].abs());
             if steps_s[moved].abs() < LEAST_STEP_S {
-                self.note_tip(end, &here);
+                self.note_tip(end, &here.nearest);
                 return Ok(());
             }
-            let mut times_s = here.times_s;
             times_s[moved] += steps_s[moved];
             let next_s = times_s[0] - times_s[1];
+            let ahead_s = next_s + sign * KNOWN_AHEAD_S;
+            let is_known = self.delays.covers([next_s.min(ahead_s), next_s.max(ahead_s)]);
             self.delays.insert([delay_s.min(next_s), delay_s.max(next_s)]);
-            here = self.slide(nearest_at(self.walkers, times_s));
+            if is_known {
+                return Ok(());
+            }
+            delay_s = next_s;
+            here = self.slide(nearest_benches_at(self.walkers, times_s));
         }
     }
 
@@ -344,46 +358,39 @@ impl<'a> DelaySearch<'a> {
     }
 
     /// A step of a dragon's own time on which the board of the nearest pair moves by at most `depth_m`.
-    fn step_s(&self, here: &Nearest, i: usize, sign: f64, depth_m: f64) -> f64 {
+    fn step_s(&self, here: &NearestBenches, i: usize, sign: f64, depth_m: f64) -> f64 {
         let walker = &self.walkers[i];
-        let (dragon, bench, time_s) = (&walker.planned.dragon, here.benches[i], here.times_s[i]);
+        let (dragon, bench, time_s) = (&walker.planned.dragon, here.nearest.benches[i], here.nearest.times_s[i]);
         if depth_m <= 0.0 {
             return 0.0;
         }
-        let pose = |time_s: f64| Pose::of(dragon, walker.planned.travel_m(time_s), bench + 1);
-        let stands = pose(time_s);
-        let mut step_s = depth_m / walker.planned.timetable.most_speed_mps();
+        let stands = &here.poses[i];
+        let per_metre = drift_m(dragon, bench, &stands.board, stands.handles().map(|(handle, _)| handle.speed_ratio));
+        let mut step_s = FIRST_SHARE * depth_m / (walker.planned.timetable.most_speed_mps() * per_metre.max(1.0));
         for _ in 0..SLIDES {
             let moved_s = (time_s + sign * step_s).clamp(time_s.min(0.0), time_s.max(walker.end_s));
-            let moved = pose(moved_s);
-            let drift_m =
-                if sign > 0.0 { stands.drift_m(&moved, dragon, bench) } else { moved.drift_m(&stands, dragon, bench) };
-            if drift_m <= depth_m {
+            let moved = Pose::of(dragon, walker.planned.travel_m(moved_s), bench + 1).bench_pose(bench);
+            let [earlier, later] = if sign > 0.0 { [stands, &moved] } else { [&moved, stands] };
+            let moved_m = drift_m(dragon, bench, &earlier.board, earlier.walks_m(later));
+            if moved_m <= depth_m {
                 return moved_s - time_s;
             }
-            step_s *= 0.9 * depth_m / drift_m;
+            step_s *= 0.9 * depth_m / moved_m;
         }
         0.0
     }
 
     /// Moves a point along its plan towards the least clearance of its two boards near it.
-    fn slide(&self, here: Nearest) -> Nearest {
-        let clearance_m = |shift_s: f64| {
-            let [ours, theirs] = [0, 1].map(|i| {
-                let (planned, bench) = (&self.walkers[i].planned, here.benches[i]);
-                Pose::of(&planned.dragon, planned.travel_m(here.times_s[i] + shift_s), bench + 1).boards[bench]
-            });
-            ours.clearance(&theirs)
-        };
+    fn slide(&self, here: NearestBenches) -> NearestBenches {
         // Steps are short, so that the point stays in its zone.
         let longest_s = self.walkers[0].stride_s().min(self.walkers[1].stride_s());
         let mut step_s = 0.5 * longest_s;
-        let (mut shift_s, mut least_m) = (0.0, here.approach.clearance_m);
+        let (mut shift_s, mut least_m) = (0.0, here.nearest.approach.clearance_m);
         for _ in 0..SLIDES {
             if step_s.abs() < LAST_SLIDE * longest_s {
                 break;
             }
-            let trial_m = clearance_m(shift_s + step_s);
+            let trial_m = here.clearance_near_m(self.walkers, shift_s + step_s);
             if trial_m < least_m {
                 (shift_s, least_m) = (shift_s + step_s, trial_m);
                 step_s = (1.5 * step_s).clamp(-longest_s, longest_s);
@@ -391,6 +398,10 @@ impl<'a> DelaySearch<'a> {
                 step_s *= -0.6;
             }
         }
-        if shift_s == 0.0 { here } else { nearest_at(self.walkers, here.times_s.map(|time_s| time_s + shift_s)) }
+        if shift_s == 0.0 {
+            return here;
+        }
+        let there = nearest_benches_at(self.walkers, here.nearest.times_s.map(|time_s| time_s + shift_s));
+        if there.nearest.approach.clearance_m < here.nearest.approach.clearance_m { there } else { here }
     }
 }

@@ -200,7 +200,10 @@ impl DragonPair {
         // Rectangles with a known point come first: climbs from it cover the delays of most others.
         for is_met in [true, false] {
             for leaf in leaves.iter().filter(|leaf| leaf.is_met == is_met) {
-                search.add(&self.cell(leaf, levels))?;
+                let spans_s = [0, 1].map(|i| self.span_s(leaf, levels, i));
+                if !search.covers(spans_s) {
+                    search.add(&self.cell(spans_s))?;
+                }
             }
         }
         let (delays, tips) = search.finish();
@@ -217,9 +220,7 @@ impl DragonPair {
     pub fn area_m(&self, zone: &MeetingZone) -> Vec<[[f64; 2]; 2]> {
         let mut area = Vec::new();
         for times_s in zone.cells.iter().filter(|times_s| times_s.iter().all(|span_s| span_s[0] < span_s[1])) {
-            let cell =
-                [0, 1].map(|i| Side { span_s: times_s[i], ends: times_s[i].map(|time_s| self.walkers[i].at(time_s)) });
-            self.fill(&cell, 2 * DRAWN_LEVELS, &mut area);
+            self.fill(&self.cell(*times_s), 2 * DRAWN_LEVELS, &mut area);
         }
         let travels_m = |times_s: [[f64; 2]; 2]| [0, 1].map(|i| times_s[i].map(|time_s| self.travel_m(i, time_s)));
         area.into_iter().map(travels_m).collect()
@@ -260,11 +261,8 @@ impl DragonPair {
         self.span_s(leaf, levels, i).map(|time_s| time_s.clamp(0.0, self.walkers[i].end_s))
     }
 
-    fn cell(&self, leaf: &Leaf, levels: [u32; 2]) -> Cell {
-        [0, 1].map(|i| {
-            let span_s = self.span_s(leaf, levels, i);
-            Side { span_s, ends: span_s.map(|time_s| self.walkers[i].at(time_s)) }
-        })
+    fn cell(&self, spans_s: [[f64; 2]; 2]) -> Cell {
+        [0, 1].map(|i| Side { span_s: spans_s[i], ends: spans_s[i].map(|time_s| self.walkers[i].at(time_s)) })
     }
 }
 

@@ -7,9 +7,10 @@
 use std::rc::Rc;
 
 use super::board_tree::BoardTree;
-use super::pose::Pose;
+use super::pose::{BenchPose, Pose};
 use crate::dragon::Dragon;
-use crate::dragon::board::Approach;
+use crate::dragon::board::{Approach, Board};
+use crate::dragon::chain::Handle;
 use crate::formation::Planned;
 use crate::numerics::peak;
 
@@ -22,6 +23,13 @@ pub struct Nearest {
     pub benches: [usize; 2],
     /// Distance of their boards, and its point.
     pub approach: Approach,
+}
+
+/// The nearest boards of two dragons, with their benches and handles.
+#[derive(Clone, Copy)]
+pub(super) struct NearestBenches {
+    pub(super) nearest: Nearest,
+    pub(super) poses: [BenchPose; 2],
 }
 
 /// A dragon over its own time.
@@ -60,6 +68,19 @@ impl Walker {
         drift_m(&self.planned.dragon, earlier, later)
     }
 
+    /// Where the board of a bench, whose pose at an own time is known, is about at another own time nearby: each handle walks at the
+    /// speed, as a share of the head's, at which it does at the known one. The error is of the order of the square of the way.
+    fn board_near(&self, bench: usize, pose: &BenchPose, [known_s, time_s]: [f64; 2]) -> Board {
+        let dragon = &self.planned.dragon;
+        let [from_m, to_m] = [known_s, time_s].map(|time_s| self.planned.travel_m(time_s.clamp(0.0, self.end_s)));
+        let [front, rear] = pose.handles().map(|(handle, travel_m)| {
+            let walked_m = (to_m - from_m) * handle.speed_ratio;
+            let parameter = dragon.route().parameter((travel_m + walked_m).min(dragon.end_travel_m()));
+            Handle::new(parameter, dragon.route().point(parameter), handle.speed_ratio)
+        });
+        dragon.board(bench, &front, &rear)
+    }
+
     /// Longest interval of own time that is evaluated as a whole: the head walks at most a quarter of its shorter link.
     pub(super) fn stride_s(&self) -> f64 {
         let dimensions = self.planned.dragon.dimensions();
@@ -92,10 +113,26 @@ pub(super) fn nearest(ours: &Posed, theirs: &Posed) -> ([usize; 2], f64) {
 
 /// The nearest boards of two walkers at their own times.
 pub(super) fn nearest_at(walkers: &[Walker; 2], times_s: [f64; 2]) -> Nearest {
+    nearest_benches_at(walkers, times_s).nearest
+}
+
+/// The same with their benches.
+pub(super) fn nearest_benches_at(walkers: &[Walker; 2], times_s: [f64; 2]) -> NearestBenches {
     let posed = [walkers[0].at(times_s[0]), walkers[1].at(times_s[1])];
     let (benches, _) = nearest(&posed[0], &posed[1]);
-    let approach = posed[0].tree.boards()[benches[0]].approach(&posed[1].tree.boards()[benches[1]]);
-    Nearest { times_s, benches, approach }
+    let poses = [0, 1].map(|i| posed[i].pose.bench_pose(benches[i]));
+    let approach = poses[0].board.approach(&poses[1].board);
+    NearestBenches { nearest: Nearest { times_s, benches, approach }, poses }
+}
+
+impl NearestBenches {
+    /// About the clearance of the same boards on their plan, `shift_s` later.
+    pub(super) fn clearance_near_m(&self, walkers: &[Walker; 2], shift_s: f64) -> f64 {
+        let Nearest { times_s, benches, .. } = self.nearest;
+        let [ours, theirs] =
+            [0, 1].map(|i| walkers[i].board_near(benches[i], &self.poses[i], [times_s[i], times_s[i] + shift_s]));
+        ours.clearance(&theirs)
+    }
 }
 
 /// Part of the least clearance to which a search for it is exact.
@@ -167,5 +204,36 @@ impl<'a> LeastClearance<'a> {
         let halves = [[earlier.clone(), middle.clone()], [middle, later.clone()]];
         self.halve([from_s, middle_s], &halves[0]);
         self.halve([middle_s, to_s], &halves[1]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::dragon::Dimensions;
+    use crate::formation::Timetable;
+    use crate::route::Route;
+
+    #[test]
+    fn a_board_nearby_is_off_by_the_square_of_the_way() {
+        let dimensions = Dimensions::new(40, 3.41, 2.20, 0.30, 0.275).expect("the paper's benches are valid");
+        let route = Arc::new(Route::spiral(0.55, 16.0).expect("the paper's spiral is valid"));
+        let dragon = Dragon::new(dimensions, route).expect("the dragon stands on the spiral");
+        let timetable = Timetable::leaving(0.0, 0.0, 1.0, None, dragon.end_travel_m());
+        let walker = Walker::new(&Planned { dragon: Arc::new(dragon), timetable });
+        let (known_s, bench) = (380.0, 30);
+        let known = walker.at(known_s).pose.bench_pose(bench);
+        let off_m = |shift_s: f64| {
+            let time_s = known_s + shift_s;
+            let near = walker.board_near(bench, &known, [known_s, time_s]);
+            near.centre.distance(walker.at(time_s).pose.boards[bench].centre)
+        };
+        assert_eq!(off_m(0.0), 0.0);
+        for shift_s in [-0.5, 0.5] {
+            let [whole_m, half_m] = [off_m(shift_s), off_m(0.5 * shift_s)];
+            assert!(whole_m < 1e-3 && (3.9..4.1).contains(&(whole_m / half_m)), "{whole_m} m, {half_m} m");
+        }
     }
 }

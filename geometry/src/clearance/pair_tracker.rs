@@ -108,6 +108,42 @@ impl<'a> PairTracker<'a> {
         Self::walk_between(pair, clearance_m, || None, ends, sink)
     }
 
+    /// A parameter between two poses at which two benches of two dragons are within the clearance. `None` if they are proved to be so
+    /// nowhere, or if the meter is spent. Timetables have no change of speed at once between the poses.
+    pub(super) fn touch_between(pair: Pair<'a>, clearance_m: f64, ends: [PairPose; 2]) -> Option<f64> {
+        let [earlier, later] = ends.map(|pose| Moment::new(pose, clearance_m));
+        let length = later.pose.parameter - earlier.pose.parameter;
+        if let Some(touching) = [&earlier, &later].into_iter().find(|moment| moment.is_touching()) {
+            return Some(touching.pose.parameter);
+        }
+        Self { pair, clearance_m, length, motion: None }.touch(&earlier, &later)
+    }
+
+    /// The same between two moments at which the pair does not touch. The first one that is found ends the search.
+    fn touch(&self, earlier: &Moment, later: &Moment) -> Option<f64> {
+        if !self.pair.may_look() || self.is_settled(earlier, later) {
+            return None;
+        }
+        let (from, to) = (earlier.pose.parameter, later.pose.parameter);
+        if self.is_worth_renewal(to - from) {
+            return self.renewed(earlier, later).touch(earlier, later);
+        }
+        let at = 0.5 * (from + to);
+        if to - from <= RESOLUTION || at <= from || at >= to {
+            return None;
+        }
+        let middle = Moment::new(self.pair.solve(at), self.clearance_m);
+        if middle.is_touching() {
+            return Some(at);
+        }
+        self.touch(earlier, &middle).or_else(|| self.touch(&middle, later))
+    }
+
+    /// Whether new bounds on the motion are worth their cost for a part of this length.
+    fn is_worth_renewal(&self, length: f64) -> bool {
+        length <= RENEWAL * self.length && !self.motion.is_some_and(|motion| motion.parameter.is_angle())
+    }
+
     /// Walks over the whole interval. The bounds on the motion are calculated only if the ends do not settle it.
     fn walk_between(
         pair: Pair<'a>,
@@ -147,7 +183,7 @@ impl<'a> PairTracker<'a> {
             return ControlFlow::Continue(());
         }
         let (from, to) = (earlier.pose.parameter, later.pose.parameter);
-        if to - from <= RENEWAL * self.length && !self.motion.is_some_and(|motion| motion.parameter.is_angle()) {
+        if self.is_worth_renewal(to - from) {
             return self.renewed(earlier, later).walk(earlier, later, sink);
         }
         let at = 0.5 * (from + to);

@@ -102,6 +102,11 @@ impl BenchPose {
         Self { front, rear, front_travel_m, rear_travel_m, board: dragon.board(bench, &front, &rear) }
     }
 
+    /// Both handles, each with its travel.
+    pub(super) fn handles(&self) -> [(Handle, f64); 2] {
+        [(self.front, self.front_travel_m), (self.rear, self.rear_travel_m)]
+    }
+
     /// Arcs that the two handles walk up to a later pose.
     pub(super) fn walks_m(&self, later: &Self) -> [f64; 2] {
         [later.front_travel_m - self.front_travel_m, later.rear_travel_m - self.rear_travel_m]
