@@ -6,14 +6,16 @@ mod shared;
 use std::hint::black_box;
 use std::sync::Arc;
 
-use bench_dragon_geometry::clearance::{first_contact, first_possible_touch, first_touching_pose};
+use bench_dragon_geometry::clearance::{DragonPair, first_contact, first_possible_touch, first_touching_pose};
 use bench_dragon_geometry::dragon::{ChainSolver, Dragon, Meter};
+use bench_dragon_geometry::formation::DelaySet;
 use bench_dragon_geometry::planner::{
     Parameter, Sensitivity, Setting, Staging, guaranteed_pitch, largest_speed_ratio, least_clearance, near_misses,
     passage_through, shortest_turn, shortest_turn_with_line, smallest_pitch,
 };
 use bench_dragon_geometry::route::{Route, SpiralSpec, Turnaround};
 use criterion::{Criterion, criterion_group, criterion_main};
+use glam::DVec2;
 use test_support::dragons::{paper_benches, paper_dragon};
 
 /// From the dimensions to the first contact, including the end of the run.
@@ -163,6 +165,27 @@ fn sensitivity(criterion: &mut Criterion) {
     group.finish();
 }
 
+/// The delays at which two large dragons come within half a metre of each other.
+fn delays(criterion: &mut Criterion) {
+    let gold = shared::through_a_square(DVec2::new(-75.922, -12.145), 2.159);
+    let silver = shared::through_a_square(DVec2::new(-54.284, -54.451), 38.159);
+    let delays = || {
+        let mut delays = DelaySet::default();
+        for zone in DragonPair::new([&gold, &silver], black_box(0.5)).zones().expect("no limit") {
+            delays.extend(&zone.delays);
+        }
+        delays
+    };
+    let known = [-263.848, 275.904];
+    let found = delays();
+    let is_known = matches!(found.intervals(), [found] if (0..2).all(|end| (found[end] - known[end]).abs() < 1e-3));
+    assert!(is_known, "{found:?}");
+    let mut group = criterion.benchmark_group("formation");
+    group.sample_size(10);
+    group.bench_function("delays at which two dragons of 223 benches meet", |bencher| bencher.iter(delays));
+    group.finish();
+}
+
 fn chain(criterion: &mut Criterion) {
     let dragon = paper_dragon();
     let mut solver = ChainSolver::new(&dragon);
@@ -182,6 +205,7 @@ criterion_group!(
     play,
     turn,
     sensitivity,
+    delays,
     chain
 );
 criterion_main!(planner);

@@ -12,6 +12,6 @@ pub use self::{
     arguments::{require_no_arguments, seconds_or},
     figures::Figures,
     handle_state::HandleState,
-    routes::{mixed, on_hills, winding},
+    routes::{mixed, on_hills, through_a_square, winding},
     timing::{interleaved, median, nanoseconds_a_call, quantile},
 };

@@ -1,9 +1,12 @@
 //! Routes of lines, arcs and spirals that the benches measure.
 
 use std::f64::consts::PI;
+use std::sync::Arc;
 
+use bench_dragon_geometry::dragon::{Dimensions, Dragon};
+use bench_dragon_geometry::formation::{Planned, Timetable};
 use bench_dragon_geometry::ground::{Ground, HeightMap};
-use bench_dragon_geometry::route::{PathSegment, PathSpec, Route, RouteSpec};
+use bench_dragon_geometry::route::{PathSegment, PathSpec, Placement, Route, RouteSpec};
 use glam::DVec2;
 use test_support::dragons::paper_benches;
 
@@ -35,6 +38,28 @@ pub fn winding(segments: usize) -> Route {
         PathSegment::Arc { radius_m, turn: side * length_m / radius_m }
     };
     route((0..segments).map(arc).collect())
+}
+
+/// A dragon of 223 benches that leaves at 0, coils in on a square and out again, and leaves it: a route of
+/// `examples/square.toml`.
+pub fn through_a_square(position: DVec2, heading_deg: f64) -> Planned {
+    let spiral =
+        |start_radius_m: f64, end_radius_m: f64, turn: f64| PathSegment::Spiral { start_radius_m, end_radius_m, turn };
+    let segments = vec![
+        PathSegment::Line { length_m: 110.0 },
+        spiral(8.0, 4.0, 4.0 * PI),
+        PathSegment::Arc { radius_m: 2.0, turn: PI },
+        PathSegment::Arc { radius_m: 2.0, turn: -PI },
+        spiral(4.0, 8.0, -4.0 * PI),
+        PathSegment::Line { length_m: 80.0 },
+    ];
+    let placement = Placement { position, heading: heading_deg.to_radians() };
+    let spec = RouteSpec { placement, ..RouteSpec::from(PathSpec { segments, laps: None }) };
+    let dimensions = Dimensions::new(223, 2.4, 1.6, 0.3, 0.2).expect("valid benches");
+    let route = spec.build(1.0, dimensions.links_m()).expect("each segment is valid");
+    let dragon = Dragon::new(dimensions, Arc::new(route)).expect("the dragon stands");
+    let timetable = Timetable::leaving(0.0, dragon.start_travel_m(), 1.0, Some(0.5), dragon.end_travel_m());
+    Planned { dragon: Arc::new(dragon), timetable }
 }
 
 fn route(segments: Vec<PathSegment>) -> Route {
