@@ -85,7 +85,7 @@ fn seeds_that_found_faults_keep_all_promises() {
     // begins late and hides the lag of a show that stands; files that were finished, and not on the disk yet, when the power was lost:
     // on a full disk, and where a recorder began its second file; a power loss that takes the end of a rotated file and leaves the next;
     // a late grant for an earlier seek that takes the place of the one for the last seek; a guard that loses frames while the head is
-    // sought elsewhere and back.
+    // sought elsewhere and back; a wait that missed periods reach and the GO of the same tick ends.
     for seed in [
         3_001_377, 3_001_568, 3_001_766, 3_001_263, 3_000_979, 3_002_062, 3_003_809, 3_006_393, 3_006_047, 3_008_359,
         3_008_160, 3_010_421, 3_011_988, 3_013_336, 3_013_685, 3_017_623, 3_020_382, 3_024_896, 3_032_180, 3_070_020,
