@@ -5,6 +5,7 @@ mod common;
 use std::f64::consts::FRAC_PI_2;
 
 use bench_dragon_geometry::clearance::{DragonPair, first_between};
+use bench_dragon_geometry::dragon::Meter;
 use bench_dragon_geometry::formation::{DelaySet, Formation, Planned};
 use glam::DVec2;
 use proptest::prelude::*;
@@ -117,6 +118,31 @@ proptest! {
             let meeting = first_between(&plan, limit_m, 0.0, end_s).expect("no limit of work");
             prop_assert_eq!(meeting.is_some(), is_known, "{} s: {:?}, but the delays are {:?}", delay_s, meeting, delays);
         }
+    }
+
+    #[test]
+    fn a_search_without_enough_work_has_no_zones(
+        formation in formations_of(2..3),
+        clearance_m in prop_oneof![Just(0.0), 0.0..0.6_f64],
+        share in 0.0..1.0_f64,
+        missing in 0..200_u64,
+    ) {
+        /// The zones found with this work, and the work done.
+        fn found(formation: &Formation, clearance_m: f64, most: u64) -> (Option<Vec<DelaySet>>, u64) {
+            let meter = Meter::of(most);
+            let formation = formation.metered(&meter);
+            let [first, second] = formation.dragons() else { unreachable!("two dragons") };
+            let zones = DragonPair::new([first, second], clearance_m).zones();
+            (zones.map(|zones| zones.into_iter().map(|zone| zone.delays).collect()), most - meter.left())
+        }
+        let (all, work) = found(&formation, clearance_m, 1 << 40);
+        for limit in [(share * work as f64) as u64, work.saturating_sub(missing), work] {
+            if limit > 0 {
+                let (zones, _) = found(&formation, clearance_m, limit);
+                prop_assert_eq!(zones, None, "with {} steps of {}", limit, work);
+            }
+        }
+        prop_assert_eq!(found(&formation, clearance_m, work + 1).0, all);
     }
 
     #[test]

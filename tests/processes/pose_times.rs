@@ -3,17 +3,15 @@
 use std::collections::BTreeSet;
 use std::net::UdpSocket;
 
-use bench_dragon::system::clock::monotonic_ns;
 use bench_dragon_ipc::FrameHeader;
 use rosc::{OscBundle, OscPacket, OscTime, OscType, decoder};
-use rustix::process::Signal;
 use serde_json::Value;
-use test_support::eventually::eventually;
 
 use crate::first_tracker::{FirstTracker, receiver, wait_for};
 use crate::reader::{Reader, Shot};
 use crate::server::Server;
 use crate::stage::Stage;
+use crate::suspended::suspend_during;
 
 /// Period of the servers below.
 const PERIOD_NS: u64 = 50_000_000;
@@ -32,11 +30,7 @@ fn serve(stage: &Stage) -> (Server, Reader) {
 /// Stops the server until its bridge reports it as silent, and until the frame that is due next is late. `await_silence` waits for the
 /// report.
 fn make_late(server: &Server, await_silence: impl FnOnce()) {
-    server.process.signal(Signal::STOP);
-    let until_ns = monotonic_ns() + LATE_NS + 2 * PERIOD_NS;
-    await_silence();
-    eventually("the next frame is late", || (monotonic_ns() >= until_ns).then_some(()));
-    server.process.signal(Signal::CONT);
+    suspend_during(&server.process, LATE_NS + 2 * PERIOD_NS, await_silence);
 }
 
 fn assert_one_is_late(shots: &[Shot]) {

@@ -16,8 +16,14 @@ const PERIOD_NS: u64 = 1_000_000_000 / RATE_HZ;
 
 /// Stops a process for at least this time.
 pub(crate) fn suspend(process: &Process, suspended_ns: u64) {
+    suspend_during(process, suspended_ns, || ());
+}
+
+/// Stops a process for at least this time, and as long as `wait` takes.
+pub(crate) fn suspend_during(process: &Process, suspended_ns: u64, wait: impl FnOnce()) {
     process.signal(Signal::STOP);
     let until_ns = monotonic_ns() + suspended_ns;
+    wait();
     eventually("the server has been suspended for long enough", || (monotonic_ns() >= until_ns).then_some(()));
     process.signal(Signal::CONT);
 }

@@ -35,7 +35,8 @@ use crate::formation::DelaySet;
 pub(super) const RESOLUTION_S: f64 = 1.0 / 4096.0;
 /// Shortest proved step of a climb, in seconds. A climb that would take shorter steps ends.
 const LEAST_STEP_S: f64 = RESOLUTION_S / 32.0;
-/// Known delays ahead of a climb that end it, in seconds: an earlier one went on there. What is given up alone is shorter.
+/// A climb ends where the delays ahead of it are known over this time, in seconds. An earlier climb has gone on from there. Delays
+/// that were given up without a climb are fewer.
 const KNOWN_AHEAD_S: f64 = 4.0 * RESOLUTION_S;
 /// Share of the step on which a board moves by the depth at its present speed that is tried first.
 const FIRST_SHARE: f64 = 0.98;
@@ -164,7 +165,7 @@ impl<'a> DelaySearch<'a> {
     /// Evaluates a cell of the zone.
     pub(super) fn add(&mut self, cell: &Cell) -> Result<(), OutOfWork> {
         self.check()?;
-        if self.delays.covers(delays_of(cell)) {
+        if self.covers(cell.each_ref().map(|side| side.span_s)) {
             return Ok(());
         }
         let look = look(self.walkers, cell);

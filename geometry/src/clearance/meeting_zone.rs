@@ -97,7 +97,7 @@ impl DragonPair {
     /// All zones in which the dragons could meet; `None` if the work of a dragon's meter does not suffice.
     pub fn zones(&self) -> Option<Vec<MeetingZone>> {
         if self.ways_gap_m(self.clearance_m + GRAZE_M) > self.clearance_m + GRAZE_M {
-            return Some(Vec::new());
+            return (!self.is_spent()).then(Vec::new);
         }
         let levels = self.levels();
         let mut leaves = Vec::new();
@@ -107,7 +107,13 @@ impl DragonPair {
             }
         }
         let zones: Option<Vec<MeetingZone>> = parts(&leaves).iter().map(|part| self.zone(part, levels).ok()).collect();
-        Some(zones?.into_iter().filter(|zone| !zone.delays.is_empty()).collect())
+        let zones = zones?.into_iter().filter(|zone| !zone.delays.is_empty()).collect();
+        // The last proof may have ended early.
+        (!self.is_spent()).then_some(zones)
+    }
+
+    fn is_spent(&self) -> bool {
+        self.walkers.iter().any(|walker| walker.planned.dragon.meter().is_spent())
     }
 
     /// A lower bound on the clearance of the dragons on any plan: that of all that they pass. It is exact only above `enough_m`.
@@ -163,7 +169,7 @@ impl DragonPair {
 
     /// Finds the rectangles that may have a point of a zone.
     fn scan(&self, intervals: &[Interval; 2], leaves: &mut Vec<Leaf>) -> Result<(), OutOfWork> {
-        if self.walkers.iter().any(|walker| walker.planned.dragon.meter().is_spent()) {
+        if self.is_spent() {
             return Err(OutOfWork);
         }
         let look = look(&self.walkers, &[intervals[0].side.clone(), intervals[1].side.clone()]);

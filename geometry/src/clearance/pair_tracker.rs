@@ -108,8 +108,8 @@ impl<'a> PairTracker<'a> {
         Self::walk_between(pair, clearance_m, || None, ends, sink)
     }
 
-    /// A parameter between two poses at which two benches of two dragons are within the clearance. `None` if they are proved to be so
-    /// nowhere, or if the meter is spent. Timetables have no change of speed at once between the poses.
+    /// A parameter, from one pose to a later one, at which two benches of two dragons touch. `None` if they are proved to touch nowhere,
+    /// or if the meter is spent. Timetables have no change of speed at once between the poses.
     pub(super) fn touch_between(pair: Pair<'a>, clearance_m: f64, ends: [PairPose; 2]) -> Option<f64> {
         let [earlier, later] = ends.map(|pose| Moment::new(pose, clearance_m));
         let length = later.pose.parameter - earlier.pose.parameter;
@@ -119,7 +119,7 @@ impl<'a> PairTracker<'a> {
         Self { pair, clearance_m, length, motion: None }.touch(&earlier, &later)
     }
 
-    /// The same between two moments at which the pair does not touch. The first one that is found ends the search.
+    /// The same between two moments at which the pair does not touch. The first touch that is found ends the search.
     fn touch(&self, earlier: &Moment, later: &Moment) -> Option<f64> {
         if !self.pair.may_look() || self.is_settled(earlier, later) {
             return None;

@@ -58,11 +58,6 @@ impl CueBook {
         self.waits_m.contains(&travel_m)
     }
 
-    /// Whether the plan itself rests between two places.
-    pub(super) fn has_wait_between(&self, [from_m, to_m]: [f64; 2]) -> bool {
-        self.waits_m.iter().any(|&wait_m| from_m < wait_m && wait_m < to_m)
-    }
-
     /// Whether a GO now is the second press of the last one.
     fn is_second_press(&self) -> bool {
         self.since_go.is_some_and(|periods| periods * 10 < 3 * self.rate_hz)

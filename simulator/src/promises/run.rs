@@ -382,12 +382,8 @@ impl RunBook {
                 self.formation.has_plan_course()
                     && (travel_m == self.formation.begin_m() || self.cues.is_wait(travel_m))
             };
-            // Missed periods may bring the show to a wait that the GO of the same tick ends.
-            let has_waited = || {
-                let between_m = [last.header.course_m, header.course_m];
-                self.formation.has_plan_course() && self.cues.has_wait_between(between_m)
-            };
-            let may_jump = is_rest(last.header.course_m) || is_rest(header.course_m) || has_waited();
+            // Missed periods may bring the show to a wait, which a GO of this tick ends.
+            let may_jump = [last.header.course_m, ticked.before.travel_m, header.course_m].into_iter().any(is_rest);
             if change_mps > most_mps && !may_jump && !state(ShowState::Finished) && !state(ShowState::Ended) {
                 report(Promise::RampsAreKept, format!("the speed changes by {change_mps} m/s, at most {most_mps} m/s"));
             }
