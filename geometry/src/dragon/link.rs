@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::meter::Meter;
-use crate::route::{Route, RoutePoint};
+use crate::route::{CHORD_BEND, CHORD_MARGIN, Route, RoutePoint};
 
 /// Upper bound on the arc per metre of chord, for a curve with |κ| ≤ K and K times the chord under 2: (2/x)·asin(x/2) at x = 2,
 /// which is π/2, rounded up.
@@ -63,9 +63,10 @@ struct WalkPoint {
     growth: f64,
 }
 
-/// Interval that contains the rear end of a link: from a point of the walk back to `far_parameter` behind it.
+/// Interval that contains the rear end of a link, and in which the distance from the front handle only grows backwards.
 #[derive(Clone, Copy)]
 struct Bracket {
+    near_parameter: f64,
     far_parameter: f64,
     /// A bound on the route's |curvature| in the bracket, in 1/m.
     curvature: f64,
@@ -75,12 +76,47 @@ impl Link<'_> {
     /// Finds the first parameter behind `front_parameter` at the distance of the link's length; `None` if [`MAX_STEPS`] do not
     /// reach it.
     ///
-    /// The walk back takes steps that cannot pass the first crossing. It stops once the crossing is bracketed in an interval in
-    /// which the distance only grows; then it refines the crossing. The error of the distance is rounding with either sign,
+    /// Where the route knows about how far back the crossing is, and that it is the first, one step of Newton's method from there is
+    /// mostly enough. Elsewhere, and from a guess before the crossing that is too far for that, the walk back takes steps that
+    /// cannot pass the first crossing. It stops once the crossing is bracketed in an interval in which the distance only grows;
+    /// then it refines the crossing. The error of the distance is rounding with either sign,
     /// about 10⁻¹⁴ of the distance from the route's centre.
     pub(crate) fn rear(&self, front_parameter: f64) -> Option<RearEnd> {
-        let start = self.route.step_back(front_parameter, self.length_m);
-        let mut sight = self.look(start);
+        let Some(guess) = self.route.chord_back(front_parameter, self.length_m) else {
+            return self.walk_back(self.look(self.route.step_back(front_parameter, self.length_m)));
+        };
+        let sight = self.look(guess);
+        if let Some(rear) = self.last_step(&sight) {
+            return Some(rear);
+        }
+        if sight.distance_m < self.length_m {
+            return self.walk_back(sight);
+        }
+        let curvature = self.route.curvature_bound(guess, front_parameter);
+        Some(self.refine(sight, &Bracket { near_parameter: front_parameter, far_parameter: guess, curvature }, 1))
+    }
+
+    /// The crossing at the end of one step of Newton's method from a guess by [`Route::chord_back`], or at the guess itself where
+    /// the step vanishes; `None` if the step may end further from the crossing than [`refine`](Self::refine) allows.
+    ///
+    /// A step of σ metres leaves at most (|κ| + ½/D)·σ², as there, with the bound on |κ| of the route's step back.
+    fn last_step(&self, sight: &WalkPoint) -> Option<RearEnd> {
+        let step_m = (self.length_m - sight.distance_m) / sight.growth;
+        let parameter = sight.parameter - step_m / sight.point.speed_m_per_unit;
+        if parameter == sight.parameter {
+            self.meter.add(1);
+            return Some(self.rear_end(sight));
+        }
+        let bend = (CHORD_BEND + 0.5) / self.length_m;
+        let ends = bend * step_m * step_m <= LAST_STEP_ERROR * self.rounding_m(sight);
+        (ends && step_m.abs() <= CHORD_MARGIN * self.length_m).then(|| {
+            self.meter.add(2);
+            self.rear_end(&self.look(parameter))
+        })
+    }
+
+    /// Walks back from a point at which the distance has not reached the link's length before.
+    fn walk_back(&self, mut sight: WalkPoint) -> Option<RearEnd> {
         for step in 1..=MAX_STEPS {
             if let Some(bracket) = self.far_bracket(&sight) {
                 return Some(self.refine(sight, &bracket, step));
@@ -129,7 +165,7 @@ impl Link<'_> {
     fn far_bracket(&self, sight: &WalkPoint) -> Option<Bracket> {
         let gap_m = self.length_m - sight.distance_m;
         if gap_m <= 0.0 {
-            return Some(Bracket { far_parameter: sight.parameter, curvature: 0.0 });
+            return Some(Bracket { near_parameter: sight.parameter, far_parameter: sight.parameter, curvature: 0.0 });
         }
         if sight.growth <= 0.0 {
             return None;
@@ -137,10 +173,11 @@ impl Link<'_> {
         let arcs = 6.0 * self.route.steepest();
         let far_parameter = self.route.step_back(sight.parameter, arcs * gap_m / sight.growth);
         let curvature = self.route.curvature_bound(far_parameter, sight.parameter);
-        (sight.growth * sight.growth >= arcs * curvature * gap_m).then_some(Bracket { far_parameter, curvature })
+        let bracket = Bracket { near_parameter: sight.parameter, far_parameter, curvature };
+        (sight.growth * sight.growth >= arcs * curvature * gap_m).then_some(bracket)
     }
 
-    /// Newton's method on the distance, from `near` at the front of the bracket. The iterates stay in the bracket.
+    /// Newton's method on the distance, from a point of the bracket. The iterates stay in the bracket.
     ///
     /// If a step would leave the bracket, the bracket is bisected instead. `looks` is the number of points evaluated before.
     ///
@@ -148,13 +185,11 @@ impl Link<'_> {
     /// chain would be too short, and the errors would add up. So one more step follows, once the distance is so near that this
     /// step ends at the crossing up to rounding of either sign. A step of σ metres of arc leaves ½·|D″|·σ², where |D″| is at
     /// most |κ| + 1/D, plus at most |κ| where the route's speed per parameter changes.
-    fn refine(&self, near: WalkPoint, bracket: &Bracket, mut looks: u32) -> RearEnd {
-        let rounding_m =
-            self.route.rounding_m(near.parameter, near.point.speed_m_per_unit) + f64::EPSILON * self.length_m;
+    fn refine(&self, mut sight: WalkPoint, bracket: &Bracket, mut looks: u32) -> RearEnd {
+        let rounding_m = self.rounding_m(&sight);
         let bend = bracket.curvature + 0.5 / self.length_m;
         let last_step_m2 = LAST_STEP_ERROR * rounding_m / bend;
-        let (mut near_parameter, mut far_parameter) = (near.parameter, bracket.far_parameter);
-        let mut sight = near;
+        let Bracket { mut near_parameter, mut far_parameter, .. } = *bracket;
         let mut last_is_taken = false;
         for _ in 0..MAX_REFINEMENTS {
             let gap_m = self.length_m - sight.distance_m;
@@ -177,12 +212,55 @@ impl Link<'_> {
             looks += 1;
         }
         self.meter.add(u64::from(looks));
+        self.rear_end(&sight)
+    }
+
+    /// Bound on the rounding of the distance to a point, in metres.
+    fn rounding_m(&self, sight: &WalkPoint) -> f64 {
+        self.route.rounding_m(sight.parameter, sight.point.speed_m_per_unit) + f64::EPSILON * self.length_m
+    }
+
+    fn rear_end(&self, sight: &WalkPoint) -> RearEnd {
         let chord = self.chord(&sight.point);
         RearEnd {
             parameter: sight.parameter,
             point: sight.point,
             cos_front: chord.dot(self.front.tangent.extend(self.front.climb)) / sight.distance_m,
             cos_rear: sight.growth,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+    use test_support::property::random_cases;
+
+    use super::super::meter::UNLIMITED;
+    use super::*;
+    use crate::route::Turnaround;
+
+    proptest! {
+        #![proptest_config(random_cases(2000))]
+
+        /// On a turnaround: into the centre's circle, over two arcs, and out again.
+        #[test]
+        fn a_link_that_begins_at_a_guess_ends_where_the_walk_back_ends(
+            (pitch_m, diameter_m, ratio) in (0.3..3.0_f64, 0.5..12.0_f64, 0.5..3.0_f64),
+            (share, length_m) in (0.0..1.0_f64, 0.05..4.0_f64),
+        ) {
+            let turnaround = Turnaround::new(pitch_m, diameter_m, ratio);
+            prop_assume!(turnaround.is_ok());
+            let route = turnaround.expect("checked").between(-20.0, 60.0).expect("a route without an end").route();
+            let parameter = route.parameter(80.0 * share - 20.0);
+            let link = Link { route: &route, front: route.point(parameter), length_m, meter: &UNLIMITED };
+            let walked = link.walk_back(link.look(route.step_back(parameter, length_m)));
+            let (Some(rear), Some(walked)) = (link.rear(parameter), walked) else { panic!("the spiral has no beginning") };
+            // Each is at the link's length from the front, up to the rounding of its last step and of the distance.
+            let at = link.look(walked.parameter);
+            let tolerance_m = 4.0 * link.rounding_m(&at) / at.growth;
+            let apart_m = (rear.parameter - walked.parameter).abs() * at.point.speed_m_per_unit;
+            prop_assert!(at.growth <= 0.0 || apart_m <= tolerance_m, "{rear:?}, {walked:?}, {apart_m}, {tolerance_m}");
         }
     }
 }

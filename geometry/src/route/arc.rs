@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 use glam::DVec2;
 
-use super::capability::{ArcLength, Bounds, Crosses, PlaneCurve};
+use super::capability::{ArcLength, Bounds, CHORD_TURN, Crosses, PlaneCurve};
 use super::crossing::{ClosedForm, TOUCH_ANGLE};
 use super::kernel::{Formula, PolarFormula};
 use super::{Kernel, Placement, Segment};
@@ -115,7 +115,17 @@ impl PlaneCurve for CircularArc {
     }
 }
 
-impl ArcLength for CircularArc {}
+impl ArcLength for CircularArc {
+    #[inline]
+    fn chord_back(&self, at: f64, chord_m: f64) -> Option<f64> {
+        // Where the arc begins within the chord, it begins within the step, which is longer: nothing to calculate.
+        if at < chord_m {
+            return None;
+        }
+        let turn = 2.0 * (0.5 * chord_m / self.radius_m).asin();
+        (turn <= CHORD_TURN).then_some(turn * self.radius_m)
+    }
+}
 
 impl Bounds for CircularArc {
     #[inline]

@@ -9,6 +9,17 @@ use glam::DVec2;
 use super::crossing::ClosedForm;
 use super::{Kernel, Placement, Segment};
 
+/// Largest angle by which the tangent turns over a step of [`ArcLength::chord_back`], in radians. It is less than a right angle,
+/// so the distance to the front end grows all over the step: it grows with the cosine between a tangent and a mean of tangents.
+pub(super) const CHORD_TURN: f64 = 1.5;
+
+/// Bound on |curvature| over such a step, times the chord. The mean curvature is at most [`CHORD_TURN`] by the chord. A spiral's
+/// is largest towards its centre, and from there to where it has turned by that angle its least is over half of its largest.
+pub(crate) const CHORD_BEND: f64 = 2.0 * CHORD_TURN;
+
+/// Share of such a step behind it over which both bounds hold as well.
+pub(crate) const CHORD_MARGIN: f64 = 1e-6;
+
 /// A curve in the plane: its ends, its points and their tangents.
 pub(super) trait PlaneCurve {
     /// The own parameters at the beginning and at the end. The beginning is −∞ for a curve without one.
@@ -50,6 +61,10 @@ pub(super) trait ArcLength {
     fn step_back(&self, _at: f64, arc_m: f64) -> f64 {
         arc_m
     }
+
+    /// Step back, in units of the parameter, to a point at a distance of about `chord_m`. Over the step, the tangent turns by
+    /// at most [`CHORD_TURN`], and |curvature| is at most [`CHORD_BEND`] by the chord; `None` where no such step is known.
+    fn chord_back(&self, at: f64, chord_m: f64) -> Option<f64>;
 }
 
 /// Bounds on the bend and the extent of a curve. |Curvature| between two parameters is greatest at one of them.

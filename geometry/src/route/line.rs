@@ -60,7 +60,12 @@ impl PlaneCurve for Line {
     }
 }
 
-impl ArcLength for Line {}
+impl ArcLength for Line {
+    #[inline]
+    fn chord_back(&self, _at: f64, chord_m: f64) -> Option<f64> {
+        Some(chord_m)
+    }
+}
 
 impl Bounds for Line {
     #[inline]

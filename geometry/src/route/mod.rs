@@ -25,6 +25,7 @@ mod profile;
 mod segment;
 mod spec;
 mod spiral;
+mod spiral_chord;
 mod stretch;
 mod turnaround;
 
@@ -55,6 +56,7 @@ pub(crate) use kernel::{Kernel, PlanPiece};
 pub(crate) use profile::{ORDER, Piece};
 
 use capability::ArcLength;
+pub(crate) use capability::{CHORD_BEND, CHORD_MARGIN};
 use on_ground::lifted;
 use profile::Profile;
 use segment::PlacedSegment;
@@ -300,6 +302,19 @@ impl Route {
         let placed = &self.segments[number];
         let next = parameter - placed.segment.step_back(placed.local(parameter), arc_m);
         if next >= placed.begin { next } else { self.step_back_over_seams(number, parameter, arc_m) }
+    }
+
+    /// Returns a parameter behind `parameter`, at a distance of about `chord_m` from it. The distance from `parameter` grows all
+    /// the way back to it, and [`CHORD_MARGIN`] of the way beyond; |curvature| there is at most [`CHORD_BEND`] by the chord.
+    /// `None` where no such parameter is known: over a seam, on ground, or where the route bends too much.
+    pub(crate) fn chord_back(&self, parameter: f64, chord_m: f64) -> Option<f64> {
+        if self.profile.is_some() {
+            return None;
+        }
+        let placed = self.segment_at(parameter);
+        let step = placed.segment.chord_back(placed.local(parameter), chord_m)?;
+        // Ten times the margin, for a speed that falls along the step.
+        (parameter - (1.0 + 10.0 * CHORD_MARGIN) * step >= placed.begin).then_some(parameter - step)
     }
 
     #[cold]

@@ -71,6 +71,11 @@ impl ArcLength for Segment {
     fn step_back(&self, at: f64, arc_m: f64) -> f64 {
         of_kind!(self, curve => curve.step_back(at, arc_m))
     }
+
+    #[inline]
+    fn chord_back(&self, at: f64, chord_m: f64) -> Option<f64> {
+        of_kind!(self, curve => curve.chord_back(at, chord_m))
+    }
 }
 
 /// A segment and its position on the route.

@@ -4,9 +4,10 @@ use std::f64::consts::{FRAC_PI_4, PI, TAU};
 
 use glam::DVec2;
 
-use super::capability::{ArcLength, Bounds, Crosses, PlaneCurve};
+use super::capability::{ArcLength, Bounds, CHORD_TURN, Crosses, PlaneCurve};
 use super::crossing::MEETING_M;
 use super::kernel::{Formula, PolarFormula};
+use super::spiral_chord::chord_angle;
 use super::{Kernel, Placement, Segment, Turn};
 
 /// Largest deviation from half a turn that counts as rounding, in radians.
@@ -194,6 +195,16 @@ impl ArcLength for Spiral {
         let (unit_arc, angle) = (arc_m / self.radius_per_radian_m, self.angle(at));
         let unit_speed2 = 1.0 + angle * angle;
         2.0 * unit_arc / (unit_speed2.sqrt() + (unit_speed2 + 4.0 * unit_arc).sqrt())
+    }
+
+    /// The tangent's direction is θ + atan θ from the axis.
+    #[inline]
+    fn chord_back(&self, at: f64, chord_m: f64) -> Option<f64> {
+        let angle = self.angle(at);
+        let step = chord_angle(angle, -self.sense, chord_m / self.radius_per_radian_m);
+        let nearest = angle.min(angle - self.sense * step);
+        let speed2 = 1.0 + nearest * nearest;
+        (step > 0.0 && nearest >= 0.0 && step * (1.0 + speed2) <= CHORD_TURN * speed2).then_some(step)
     }
 }
 
