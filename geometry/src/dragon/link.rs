@@ -20,6 +20,9 @@ const MAX_REFINEMENTS: usize = 128;
 /// the random rounding of the links, which grows with the square root of their number.
 const LAST_STEP_ERROR: f64 = 1.0 / 1024.0;
 
+/// Number of steps of work that [`Route::chord_back`] takes as long as.
+const GUESS_STEPS: u64 = 1;
+
 /// The rear end of a link, and the angles of the link with the route.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RearEnd {
@@ -104,13 +107,13 @@ impl Link<'_> {
         let step_m = (self.length_m - sight.distance_m) / sight.growth;
         let parameter = sight.parameter - step_m / sight.point.speed_m_per_unit;
         if parameter == sight.parameter {
-            self.meter.add(1);
+            self.meter.add(GUESS_STEPS + 1);
             return Some(self.rear_end(sight));
         }
         let bend = (CHORD_BEND + 0.5) / self.length_m;
         let ends = bend * step_m * step_m <= LAST_STEP_ERROR * self.rounding_m(sight);
         (ends && step_m.abs() <= CHORD_MARGIN * self.length_m).then(|| {
-            self.meter.add(2);
+            self.meter.add(GUESS_STEPS + 2);
             self.rear_end(&self.look(parameter))
         })
     }
