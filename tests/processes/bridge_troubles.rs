@@ -1,6 +1,7 @@
 //! Bridges with a missing server, receiver or interface.
 
-use std::io::Read as _;
+use std::fs;
+use std::io::{ErrorKind, Read as _};
 use std::net::{TcpListener, TcpStream, UdpSocket};
 use std::process::Command;
 
@@ -118,6 +119,40 @@ fn a_stopped_or_killed_bridge_does_not_delay_the_server() {
     server.stop();
 }
 
+/// Whether the process stands after SIGSTOP.
+fn is_stopped(pid: u32) -> bool {
+    let stat = fs::read_to_string(format!("/proc/{pid}/stat")).expect("the process runs");
+    let (_, behind_name) = stat.rsplit_once(") ").expect("the name is in parentheses");
+    behind_name.starts_with('T')
+}
+
+/// Reads what the buffers of both ends of a connection of this machine hold, while the sender stands.
+fn buffered(stream: &mut TcpStream) -> Vec<u8> {
+    let ports = [stream.peer_addr(), stream.local_addr()].map(|address| address.expect("a connection").port());
+    let mut bytes = Vec::new();
+    stream.set_nonblocking(true).expect("a connection");
+    eventually("all bytes of the sender have arrived", || {
+        let is_last = unsent(ports) == 0;
+        let ended = stream.read_to_end(&mut bytes).expect_err("the sender has not closed it").kind();
+        assert_eq!(ended, ErrorKind::WouldBlock);
+        is_last.then_some(())
+    });
+    stream.set_nonblocking(false).expect("a connection");
+    bytes
+}
+
+/// Bytes that have not arrived at the other end of a connection of this machine, from the first port to the second.
+fn unsent(ports: [u16; 2]) -> u64 {
+    let connections = fs::read_to_string("/proc/net/tcp").expect("Linux lists its connections");
+    let queue = connections.lines().skip(1).find_map(|line| {
+        let fields: Vec<&str> = line.split_ascii_whitespace().collect();
+        let port = |field: &str| u16::from_str_radix(field.rsplit_once(':')?.1, 16).ok();
+        let is_this = [port(fields[1]), port(fields[2])] == ports.map(Some);
+        is_this.then(|| fields[4].split_once(':').expect("two queues").0)
+    });
+    u64::from_str_radix(queue.expect("the connection is listed"), 16).expect("a number of bytes")
+}
+
 #[test]
 fn a_tcp_receiver_that_does_not_read_loses_whole_frames_and_is_reported() {
     // Three frames in the system's buffer, which may be twice as large as requested, and the frames on both sides of it.
@@ -135,16 +170,20 @@ fn a_tcp_receiver_that_does_not_read_loses_whole_frames_and_is_reported() {
         told,
         format!("cannot send to {target}, still trying: the receiver is slower than the bridge, frames are dropped")
     );
+    // While the bridge stands, no frame follows those that the buffers hold.
+    bridge.signal(Signal::STOP);
+    eventually("the bridge stands", || is_stopped(bridge.pid()).then_some(()));
+    let mut bytes = buffered(&mut stream);
+    let kept = bytes.iter().filter(|&&byte| byte == 0xC0).count() / (2 * 224);
+    assert!(kept <= MOST_KEPT, "{kept} frames were kept");
     bridge.signal(Signal::TERM);
-    let mut bytes = Vec::new();
+    bridge.signal(Signal::CONT);
     stream.read_to_end(&mut bytes).expect("the bridge closes it");
     let summary = bridge.end().expect_clean().last_json();
     assert!(summary["dropped"].as_u64() > Some(0), "{summary}");
     let packets: Vec<&[u8]> = bytes.split(|byte| *byte == 0xC0).filter(|packet| !packet.is_empty()).collect();
     assert_eq!(packets.len() % 224, 0, "only whole frames");
     assert!(packets.chunks(224).all(|frame| frame[0].starts_with(b"/dragon/show\0")));
-    let kept = packets.len() / 224;
-    assert!(kept <= MOST_KEPT, "{kept} frames were kept");
     server.stop();
 }
 
