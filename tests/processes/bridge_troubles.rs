@@ -126,6 +126,11 @@ fn is_stopped(pid: u32) -> bool {
     behind_name.starts_with('T')
 }
 
+/// The packets between END bytes of SLIP.
+fn packets_in(bytes: &[u8]) -> Vec<&[u8]> {
+    bytes.split(|byte| *byte == 0xC0).filter(|packet| !packet.is_empty()).collect()
+}
+
 /// Reads what the buffers of both ends of a connection of this machine hold, while the sender stands.
 fn buffered(stream: &mut TcpStream) -> Vec<u8> {
     let ports = [stream.peer_addr(), stream.local_addr()].map(|address| address.expect("a connection").port());
@@ -174,14 +179,14 @@ fn a_tcp_receiver_that_does_not_read_loses_whole_frames_and_is_reported() {
     bridge.signal(Signal::STOP);
     eventually("the bridge stands", || is_stopped(bridge.pid()).then_some(()));
     let mut bytes = buffered(&mut stream);
-    let kept = bytes.iter().filter(|&&byte| byte == 0xC0).count() / (2 * 224);
+    let kept = packets_in(&bytes).len() / 224;
     assert!(kept <= MOST_KEPT, "{kept} frames were kept");
     bridge.signal(Signal::TERM);
     bridge.signal(Signal::CONT);
     stream.read_to_end(&mut bytes).expect("the bridge closes it");
     let summary = bridge.end().expect_clean().last_json();
     assert!(summary["dropped"].as_u64() > Some(0), "{summary}");
-    let packets: Vec<&[u8]> = bytes.split(|byte| *byte == 0xC0).filter(|packet| !packet.is_empty()).collect();
+    let packets = packets_in(&bytes);
     assert_eq!(packets.len() % 224, 0, "only whole frames");
     assert!(packets.chunks(224).all(|frame| frame[0].starts_with(b"/dragon/show\0")));
     server.stop();
@@ -338,7 +343,7 @@ fn impossible_bridges_are_refused_in_one_line() {
 fn more_benches_than_a_frame_can_hold_are_refused_with_the_limit() {
     let stage = Stage::new();
     let config = stage.path("long.toml");
-    std::fs::write(&config, "[dragon]\nbenches = 5101\n[route]\npitch_m = 1.7\nstart_turns = 60\n").expect("a file");
+    fs::write(&config, "[dragon]\nbenches = 5101\n[route]\npitch_m = 1.7\nstart_turns = 60\n").expect("a file");
     let config = config.to_str().expect("the path is UTF-8");
     let server = stage.serve(&["--config", config, "--rate", "5", "--held"]);
     let (_socket, target) = receiver();
@@ -365,7 +370,7 @@ fn more_benches_than_a_frame_can_hold_are_refused_with_the_limit() {
 /// Serves a dragon with this number of benches.
 fn serve_benches(stage: &Stage, benches: usize) -> Server {
     let config = stage.path(&format!("{benches}.toml"));
-    std::fs::write(&config, format!("[dragon]\nbenches = {benches}\n")).expect("a file");
+    fs::write(&config, format!("[dragon]\nbenches = {benches}\n")).expect("a file");
     stage.serve(&["--config", config.to_str().expect("the path is UTF-8"), "--rate", "50"])
 }
 
