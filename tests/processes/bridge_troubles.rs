@@ -119,7 +119,7 @@ fn a_stopped_or_killed_bridge_does_not_delay_the_server() {
     server.stop();
 }
 
-/// Whether the process stands after SIGSTOP.
+/// Whether a signal has stopped the process.
 fn is_stopped(pid: u32) -> bool {
     let stat = fs::read_to_string(format!("/proc/{pid}/stat")).expect("the process runs");
     let (_, behind_name) = stat.rsplit_once(") ").expect("the name is in parentheses");
@@ -131,7 +131,7 @@ fn packets_in(bytes: &[u8]) -> Vec<&[u8]> {
     bytes.split(|byte| *byte == 0xC0).filter(|packet| !packet.is_empty()).collect()
 }
 
-/// Reads what the buffers of both ends of a connection of this machine hold, while the sender stands.
+/// Reads what the buffers of both ends of a connection of this machine hold, while the sender is stopped.
 fn buffered(stream: &mut TcpStream) -> Vec<u8> {
     let ports = [stream.peer_addr(), stream.local_addr()].map(|address| address.expect("a connection").port());
     let mut bytes = Vec::new();
@@ -175,9 +175,9 @@ fn a_tcp_receiver_that_does_not_read_loses_whole_frames_and_is_reported() {
         told,
         format!("cannot send to {target}, still trying: the receiver is slower than the bridge, frames are dropped")
     );
-    // While the bridge stands, no frame follows those that the buffers hold.
+    // While the bridge is stopped, no frame follows those that the buffers hold.
     bridge.signal(Signal::STOP);
-    eventually("the bridge stands", || is_stopped(bridge.pid()).then_some(()));
+    eventually("the bridge is stopped", || is_stopped(bridge.pid()).then_some(()));
     let mut bytes = buffered(&mut stream);
     let kept = packets_in(&bytes).len() / 224;
     assert!(kept <= MOST_KEPT, "{kept} frames were kept");

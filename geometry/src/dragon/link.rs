@@ -20,7 +20,7 @@ const MAX_REFINEMENTS: usize = 128;
 /// the random rounding of the links, which grows with the square root of their number.
 const LAST_STEP_ERROR: f64 = 1.0 / 1024.0;
 
-/// Number of steps of work that [`Route::chord_back`] takes as long as.
+/// The work of [`Route::chord_back`], in steps.
 const GUESS_STEPS: u64 = 1;
 
 /// The rear end of a link, and the angles of the link with the route.
@@ -79,10 +79,12 @@ impl Link<'_> {
     /// Finds the first parameter behind `front_parameter` at the distance of the link's length; `None` if [`MAX_STEPS`] do not
     /// reach it.
     ///
-    /// Where the route knows about how far back the crossing is, and that it is the first, one step of Newton's method from there is
-    /// mostly enough. Elsewhere, and from a guess before the crossing that is too far for that, the walk back takes steps that
-    /// cannot pass the first crossing. It stops once the crossing is bracketed in an interval in which the distance only grows;
-    /// then it refines the crossing. The error of the distance is rounding with either sign,
+    /// [`Route::chord_back`] gives a guess up to which there is at most one crossing. From a good guess, one step of Newton's method
+    /// is enough. A poor guess either brackets the crossing, or begins the walk back. Without a guess, the walk back begins at an
+    /// arc of the link's length.
+    ///
+    /// The walk back takes steps that cannot pass the first crossing. It stops once the crossing is bracketed in an interval in
+    /// which the distance only grows; then it refines the crossing. The error of the distance is rounding with either sign,
     /// about 10⁻¹⁴ of the distance from the route's centre.
     pub(crate) fn rear(&self, front_parameter: f64) -> Option<RearEnd> {
         let Some(guess) = self.route.chord_back(front_parameter, self.length_m) else {
@@ -92,6 +94,7 @@ impl Link<'_> {
         if let Some(rear) = self.last_step(&sight) {
             return Some(rear);
         }
+        self.meter.add(GUESS_STEPS);
         if sight.distance_m < self.length_m {
             return self.walk_back(sight);
         }
@@ -99,10 +102,10 @@ impl Link<'_> {
         Some(self.refine(sight, &Bracket { near_parameter: front_parameter, far_parameter: guess, curvature }, 1))
     }
 
-    /// The crossing at the end of one step of Newton's method from a guess by [`Route::chord_back`], or at the guess itself where
-    /// the step vanishes; `None` if the step may end further from the crossing than [`refine`](Self::refine) allows.
+    /// The crossing, one step of Newton's method from a guess by [`Route::chord_back`]; it is the guess itself where the step is
+    /// below the rounding of the parameter. `None` if the step might leave more than the last step of [`refine`](Self::refine).
     ///
-    /// A step of σ metres leaves at most (|κ| + ½/D)·σ², as there, with the bound on |κ| of the route's step back.
+    /// As there, a step of σ metres leaves at most (|κ| + ½/D)·σ²; [`CHORD_BEND`] bounds |κ|.
     fn last_step(&self, sight: &WalkPoint) -> Option<RearEnd> {
         let step_m = (self.length_m - sight.distance_m) / sight.growth;
         let parameter = sight.parameter - step_m / sight.point.speed_m_per_unit;
@@ -111,14 +114,14 @@ impl Link<'_> {
             return Some(self.rear_end(sight));
         }
         let bend = (CHORD_BEND + 0.5) / self.length_m;
-        let ends = bend * step_m * step_m <= LAST_STEP_ERROR * self.rounding_m(sight);
-        (ends && step_m.abs() <= CHORD_MARGIN * self.length_m).then(|| {
+        let is_exact = bend * step_m * step_m <= LAST_STEP_ERROR * self.rounding_m(sight);
+        (is_exact && step_m.abs() <= CHORD_MARGIN * self.length_m).then(|| {
             self.meter.add(GUESS_STEPS + 2);
             self.rear_end(&self.look(parameter))
         })
     }
 
-    /// Walks back from a point at which the distance has not reached the link's length before.
+    /// Walks back from a point in front of which the distance is nowhere the link's length; `None` if [`MAX_STEPS`] do not reach it.
     fn walk_back(&self, mut sight: WalkPoint) -> Option<RearEnd> {
         for step in 1..=MAX_STEPS {
             if let Some(bracket) = self.far_bracket(&sight) {
@@ -223,6 +226,7 @@ impl Link<'_> {
         self.route.rounding_m(sight.parameter, sight.point.speed_m_per_unit) + f64::EPSILON * self.length_m
     }
 
+    /// The link with its rear end at this point.
     fn rear_end(&self, sight: &WalkPoint) -> RearEnd {
         let chord = self.chord(&sight.point);
         RearEnd {
@@ -246,7 +250,7 @@ mod tests {
     proptest! {
         #![proptest_config(random_cases(2000))]
 
-        /// On a turnaround: into the centre's circle, over two arcs, and out again.
+        /// On a turnaround: on the spirals, the arcs, and the seams between them.
         #[test]
         fn a_link_that_begins_at_a_guess_ends_where_the_walk_back_ends(
             (pitch_m, diameter_m, ratio) in (0.3..3.0_f64, 0.5..12.0_f64, 0.5..3.0_f64),

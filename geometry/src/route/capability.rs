@@ -9,15 +9,16 @@ use glam::DVec2;
 use super::crossing::ClosedForm;
 use super::{Kernel, Placement, Segment};
 
-/// Largest angle by which the tangent turns over a step of [`ArcLength::chord_back`], in radians. It is less than a right angle,
-/// so the distance to the front end grows all over the step: it grows with the cosine between a tangent and a mean of tangents.
+/// Largest angle by which the tangent turns over a step of [`ArcLength::chord_back`], in radians. Per metre walked back, the
+/// distance to the front end grows by the cosine of the angle between the tangent there and the chord, whose direction is a mean
+/// of the step's tangents. This angle is less than a right angle, so the distance grows all over the step.
 pub(super) const CHORD_TURN: f64 = 1.5;
 
-/// Bound on |curvature| over such a step, times the chord. The mean curvature is at most [`CHORD_TURN`] by the chord. A spiral's
-/// is largest towards its centre, and from there to where it has turned by that angle its least is over half of its largest.
+/// Bound on |curvature| over such a step, multiplied by the chord. The mean is at most [`CHORD_TURN`], since the arc is no shorter
+/// than the chord. On an arc all are equal; on a spiral that turns by at most this angle, the least is over half of the largest.
 pub(crate) const CHORD_BEND: f64 = 2.0 * CHORD_TURN;
 
-/// Share of such a step behind it over which both bounds hold as well.
+/// Both bounds hold also for this share of the step behind its end.
 pub(crate) const CHORD_MARGIN: f64 = 1e-6;
 
 /// A curve in the plane: its ends, its points and their tangents.
@@ -63,7 +64,7 @@ pub(super) trait ArcLength {
     }
 
     /// Step back, in units of the parameter, to a point at a distance of about `chord_m`. Over the step, the tangent turns by
-    /// at most [`CHORD_TURN`], and |curvature| is at most [`CHORD_BEND`] by the chord; `None` where no such step is known.
+    /// at most [`CHORD_TURN`], and |curvature| is at most [`CHORD_BEND`] divided by `chord_m`; `None` where no such step is known.
     fn chord_back(&self, at: f64, chord_m: f64) -> Option<f64>;
 }
 

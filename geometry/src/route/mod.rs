@@ -52,11 +52,11 @@ pub(crate) use spiral::SpiralPart;
 pub use stretch::TightestBend;
 pub use turnaround::Turnaround;
 
+pub(crate) use capability::{CHORD_BEND, CHORD_MARGIN};
 pub(crate) use kernel::{Kernel, PlanPiece};
 pub(crate) use profile::{ORDER, Piece};
 
 use capability::ArcLength;
-pub(crate) use capability::{CHORD_BEND, CHORD_MARGIN};
 use on_ground::lifted;
 use profile::Profile;
 use segment::PlacedSegment;
@@ -304,9 +304,9 @@ impl Route {
         if next >= placed.begin { next } else { self.step_back_over_seams(number, parameter, arc_m) }
     }
 
-    /// Returns a parameter behind `parameter`, at a distance of about `chord_m` from it. The distance from `parameter` grows all
-    /// the way back to it, and [`CHORD_MARGIN`] of the way beyond; |curvature| there is at most [`CHORD_BEND`] by the chord.
-    /// `None` where no such parameter is known: over a seam, on ground, or where the route bends too much.
+    /// Returns a parameter behind `parameter`, at a distance of about `chord_m` from it. On the way back to it, and on a share of
+    /// [`CHORD_MARGIN`] of that way beyond, the distance from `parameter` only grows, and |curvature| is at most [`CHORD_BEND`]
+    /// divided by `chord_m`. `None` where no such parameter is known: over a seam, on ground, or where the route bends too much.
     pub(crate) fn chord_back(&self, parameter: f64, chord_m: f64) -> Option<f64> {
         if self.profile.is_some() {
             return None;

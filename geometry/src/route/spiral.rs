@@ -197,7 +197,7 @@ impl ArcLength for Spiral {
         2.0 * unit_arc / (unit_speed2.sqrt() + (unit_speed2 + 4.0 * unit_arc).sqrt())
     }
 
-    /// The tangent's direction is θ + atan θ from the axis.
+    /// From the axis, the tangent's direction is θ + atan θ. So it turns by at most the step times 1 + 1/(1 + θ²), with the least θ.
     #[inline]
     fn chord_back(&self, at: f64, chord_m: f64) -> Option<f64> {
         let angle = self.angle(at);

@@ -1,11 +1,10 @@
 //! Chords of the spiral r = θ.
 
-/// The angle δ between the two ends of a chord of a given length, of which the one lies at `angle` and the other at `angle` +
-/// `sense`·δ, with a sense of ±1. Its error is at most a share of 10⁻⁹ for δ up to ½ and θ from 30 on; towards the centre it grows
-/// to some percent.
+/// The angle δ of a chord of this length from θ = `angle` to θ ± δ, with the sign of `sense`, which is ±1. The relative error is at
+/// most 10⁻⁹ for δ up to ½ and θ from 30 on; towards the centre it grows to some percent.
 ///
-/// By the law of cosines, the square of the length is δ² + 2·θ·(θ ± δ)·(1 − cos δ). Three terms of the inverse of its series, and
-/// two more of a circle's, begin one step of Newton's method.
+/// By the law of cosines, the square of the length is δ² + 2·θ·(θ ± δ)·(1 − cos δ). One step of Newton's method begins at the first
+/// terms of the inverse of its series, and two more of that of a circle.
 #[inline]
 pub(super) fn chord_angle(angle: f64, sense: f64, length: f64) -> f64 {
     let speed2 = 1.0 + angle * angle;
