@@ -6,7 +6,9 @@ mod shared;
 use std::hint::black_box;
 use std::sync::Arc;
 
-use bench_dragon_geometry::clearance::{DragonPair, first_contact, first_possible_touch, first_touching_pose};
+use bench_dragon_geometry::clearance::{
+    ContactSearch, DragonPair, ProvenTravel, first_contact, first_possible_touch, first_touching_pose,
+};
 use bench_dragon_geometry::dragon::{ChainSolver, Dragon, Meter};
 use bench_dragon_geometry::formation::DelaySet;
 use bench_dragon_geometry::planner::{
@@ -186,6 +188,31 @@ fn delays(criterion: &mut Criterion) {
     group.finish();
 }
 
+/// What the guard and the monitor do while a show runs, on a street that winds: the proof of 100 strides, and the sweeps of 1,000
+/// frames, a millimetre each.
+fn watch(criterion: &mut Criterion) {
+    const BEGIN_M: f64 = 100.0;
+    const PROVEN_M: f64 = 41.25;
+    let route = Arc::new(shared::winding(670));
+    let dragon = Dragon::new(paper_benches(223), route).expect("the dragon stands");
+    let proof = || {
+        let mut proof = ProvenTravel::at(&dragon, black_box(0.1), BEGIN_M).expect("no benches are near");
+        proof.extend(BEGIN_M + PROVEN_M, usize::MAX);
+        proof.end_m()
+    };
+    assert_eq!(proof(), BEGIN_M + PROVEN_M);
+    criterion.bench_function("proof of 100 strides on a winding street", |bencher| bencher.iter(proof));
+    let mut search = ContactSearch::new(&dragon);
+    let mut sweeps = |from_m: f64| {
+        let travel_m = |frame: u32| from_m + 1e-3 * f64::from(frame);
+        (0..1000).map(|frame| search.sweep(travel_m(frame), travel_m(frame + 1)).events.len()).sum::<usize>()
+    };
+    assert_eq!(sweeps(BEGIN_M), 0);
+    criterion.bench_function("sweeps of 1,000 frames on a winding street", |bencher| {
+        bencher.iter(|| sweeps(black_box(BEGIN_M)));
+    });
+}
+
 fn chain(criterion: &mut Criterion) {
     let dragon = paper_dragon();
     let mut solver = ChainSolver::new(&dragon);
@@ -206,6 +233,7 @@ criterion_group!(
     turn,
     sensitivity,
     delays,
+    watch,
     chain
 );
 criterion_main!(planner);

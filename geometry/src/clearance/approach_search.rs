@@ -13,7 +13,7 @@ use glam::DVec2;
 
 use super::near_ground::NearGround;
 use super::pair::{Pair, PairPose};
-use super::pose::Pose;
+use super::pose::{Pose, PoseWalk};
 use super::search::{ClearanceSearch, PairClearance};
 use crate::dragon::board::Approach;
 use crate::dragon::meter::{Meter, Spent};
@@ -70,6 +70,7 @@ pub(crate) struct ApproachSearch<'a> {
     beginning: Vec<f64>,
     earlier: Pose,
     later: Pose,
+    walked: PoseWalk,
     near: ClearanceSearch,
 }
 
@@ -90,6 +91,7 @@ impl<'a> ApproachSearch<'a> {
             beginning,
             earlier: Pose::default(),
             later: Pose::default(),
+            walked: PoseWalk::default(),
             near: ClearanceSearch::default(),
         };
         search.stand(travel_m);
@@ -153,8 +155,7 @@ impl<'a> ApproachSearch<'a> {
         sink: &mut impl FnMut(Piece),
     ) -> Result<(), Spent> {
         let reached_m = self.earlier.travel_m;
-        self.later.place_head(self.dragon, to_m);
-        self.later.extend_to(self.dragon, usize::MAX);
+        self.walked.place(&mut self.later, self.dragon, to_m);
         for benches in self.pairs_within(limit_m()).ok_or(self.meter().spent(reached_m))? {
             self.meter().check(reached_m)?;
             let pair = Pair::of(self.dragon, benches);
@@ -171,8 +172,7 @@ impl<'a> ApproachSearch<'a> {
     /// The travel up to which every clearance is proved to be at or above the limit. There, the bound fails on an interval of
     /// `resolution_m`.
     pub(crate) fn walk_over(&mut self, to_m: f64, limit_m: f64, resolution_m: f64) -> Result<(), f64> {
-        self.later.place_head(self.dragon, to_m);
-        self.later.extend_to(self.dragon, usize::MAX);
+        self.walked.place(&mut self.later, self.dragon, to_m);
         // With too many pairs, or a spent meter, nothing is proved.
         let nothing = self.earlier.travel_m;
         let pairs = self.pairs_within(limit_m).ok_or(nothing)?;

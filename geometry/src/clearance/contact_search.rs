@@ -8,7 +8,7 @@ use glam::DVec2;
 use super::coil_reach::CoilReach;
 use super::contact::{Contact, PairEvent};
 use super::pair_tracker::PairTracker;
-use super::pose::Pose;
+use super::pose::{Pose, PoseWalk};
 use super::repeated_walk::RepeatedWalk;
 use super::search::ClearanceSearch;
 use crate::dragon::board::Board;
@@ -64,7 +64,7 @@ pub struct Sweep<'a> {
 }
 
 /// Searches a dragon's run for contacts, or for pairs within a clearance. Here, *touch* means either. The search reuses its
-/// buffers and its last pose. While no pair is near, each of several consecutive sweeps solves one chain.
+/// buffers and its last pose. While no pair is near, each of several consecutive sweeps steps the chain to its end.
 #[derive(Clone, Debug)]
 pub struct ContactSearch {
     dragon: Dragon,
@@ -77,6 +77,7 @@ pub struct ContactSearch {
     clear_from: f64,
     earlier: Pose,
     later: Pose,
+    walked: PoseWalk,
     /// Parameters of the handles at the start of [`first`](Self::first). Empty once every body handle has reached the start
     /// position of the handle before it.
     beginning: Vec<f64>,
@@ -110,6 +111,7 @@ impl ContactSearch {
             clear_from: reach.and_then(|reach| reach.clear_out_from(dragon.end_parameter)).unwrap_or(f64::INFINITY),
             earlier: Pose::default(),
             later: Pose::default(),
+            walked: PoseWalk::default(),
             beginning: Vec::new(),
             searched_to_m: None,
             near: ClearanceSearch::default(),
@@ -276,12 +278,18 @@ impl ContactSearch {
             self.later.place_head(&self.dragon, travel_m);
         } else {
             self.stride(to_m);
-            self.later.extend_to(&self.dragon, usize::MAX);
+            self.place_later();
             self.walk.walk_to(&self.dragon, &self.later, self.clearance_m, &mut self.pairs);
         }
         let placed = self.pairs.iter().map(|[_, second]| second + 1).max().unwrap_or(0);
         self.earlier.extend_to(&self.dragon, placed);
         self.later.extend_to(&self.dragon, placed);
+    }
+
+    /// Places the whole dragon at the end of the stride.
+    fn place_later(&mut self) {
+        let travel_m = self.later.travel_m;
+        self.walked.place(&mut self.later, &self.dragon, travel_m);
     }
 
     fn advance(&mut self) {
@@ -305,7 +313,7 @@ impl ContactSearch {
 
     /// Collects all pairs that may touch on the stride. Returns false if there are too many.
     fn collect_pairs(&mut self) -> bool {
-        self.later.extend_to(&self.dragon, usize::MAX);
+        self.place_later();
         let furthest_m = (0..self.earlier.boards.len()).map(|bench| self.drift_m(bench)).fold(0.0, f64::max);
         let reach_m = self.clearance_m + 2.0 * furthest_m;
         self.pairs.clear();

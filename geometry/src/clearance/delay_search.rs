@@ -20,11 +20,11 @@
 //! So outside the result no plan meets. At each of its delays two boards come within the limit, plus at most what they move in
 //! twice [`RESOLUTION_S`]: about 2 mm.
 
-use std::rc::Rc;
+use std::sync::Arc;
 
 use super::meeting_zone::Tip;
 use super::own_time::{Nearest, NearestBenches, Posed, Walker, nearest, nearest_at, nearest_benches_at};
-use super::pair::{Members, Pair};
+use super::pair::{Member, Members, Pair};
 use super::pair_motion::GRAZE_M;
 use super::pair_tracker::PairTracker;
 use super::plan_motion::point_speed_mps;
@@ -50,7 +50,7 @@ const LAST_SLIDE: f64 = 0.125;
 pub(super) struct Side {
     /// Own times. An end is infinite if the dragon stands.
     pub(super) span_s: [f64; 2],
-    pub(super) ends: [Rc<Posed>; 2],
+    pub(super) ends: [Arc<Posed>; 2],
 }
 
 impl Side {
@@ -60,10 +60,10 @@ impl Side {
 
     pub(super) fn halves(&self, walker: &Walker) -> [Self; 2] {
         let middle_s = 0.5 * (self.span_s[0] + self.span_s[1]);
-        let middle = walker.at(middle_s);
+        let middle = walker.end_at(middle_s);
         let [first, last] = self.ends.clone();
         [
-            Self { span_s: [self.span_s[0], middle_s], ends: [first, Rc::clone(&middle)] },
+            Self { span_s: [self.span_s[0], middle_s], ends: [first, Arc::clone(&middle)] },
             Self { span_s: [middle_s, self.span_s[1]], ends: [middle, last] },
         ]
     }
@@ -204,7 +204,8 @@ impl<'a> DelaySearch<'a> {
         let reach_m = self.clearance_m + drifts_m[0] + drifts_m[1] + GRAZE_M;
         let pairs = cell[0].ends[0].tree.within(&cell[1].ends[0].tree, reach_m);
         let speed_mps = |i: usize, bench: usize| {
-            if cell[i].stands() { 0.0 } else { point_speed_mps(&self.walkers[i].planned, bench, cell[i].span_s) }
+            let ends = cell[i].ends.each_ref().map(|end| &end.pose);
+            if cell[i].stands() { 0.0 } else { point_speed_mps(&self.walkers[i].planned, bench, ends) }
         };
         let tube =
             |benches: [usize; 2]| Tube { benches, speed_mps: speed_mps(0, benches[0]).max(speed_mps(1, benches[1])) };
@@ -284,8 +285,9 @@ impl<'a> DelaySearch<'a> {
         }
         let limit_m = self.clearance_m + allowance_m;
         let later = self.walkers[1].planned.leaving_at(delay_s);
-        let members = Members::TwoDragons([(&self.walkers[0].planned, tube.benches[0]), (&later, tube.benches[1])]);
-        let pair = Pair { members, benches: tube.benches };
+        let planned = [&self.walkers[0].planned, &later];
+        let member = |i: usize| Member { planned: planned[i], bench: tube.benches[i], walk: &self.walkers[i].walk };
+        let pair = Pair { members: Members::TwoDragons([0, 1].map(member)), benches: tube.benches };
         PairTracker::touch_between(pair, limit_m, [pair.solve(from_s), pair.solve(to_s)])
     }
 

@@ -12,9 +12,9 @@ use glam::DVec2;
 use super::contact::PairEvent;
 use super::contact_search::ContactSearch;
 use super::near_spans::first_near;
-use super::pair::{Members, Pair, PairPose};
+use super::pair::{Member, Members, Pair, PairPose};
 use super::pair_tracker::PairTracker;
-use super::pose::Pose;
+use super::pose::{Pose, PoseWalk};
 use super::search::ClearanceSearch;
 use crate::dragon::board::Board;
 use crate::dragon::meter::Spent;
@@ -144,21 +144,20 @@ struct FormationPose {
 
 impl FormationPose {
     fn place(&mut self, formation: &Formation, time_s: f64) {
-        self.place_from(formation, time_s, |_| None);
+        self.place_each(formation, time_s, |number, pose, travel_m| {
+            pose.place_head(&formation.dragons()[number].dragon, travel_m);
+        });
     }
 
-    /// The same, where the pose of a dragon may be known.
-    fn place_from<'a>(&mut self, formation: &Formation, time_s: f64, known: impl Fn(usize) -> Option<&'a Pose>) {
+    /// The same, where `place` places a dragon, at least its head, at a travel.
+    fn place_each(&mut self, formation: &Formation, time_s: f64, mut place: impl FnMut(usize, &mut Pose, f64)) {
         self.time_s = time_s;
         self.poses.resize(formation.dragons().len(), Pose::default());
         self.boards.clear();
         for (number, (pose, planned)) in self.poses.iter_mut().zip(formation.dragons()).enumerate() {
             let travel_m = planned.travel_m(time_s);
             if !pose.is_at(travel_m) {
-                match known(number).filter(|known| known.is_at(travel_m)) {
-                    Some(known) => pose.copy_from(known),
-                    None => pose.place_head(&planned.dragon, travel_m),
-                }
+                place(number, pose, travel_m);
             }
             pose.extend_to(&planned.dragon, usize::MAX);
             self.boards.extend_from_slice(&pose.boards);
@@ -178,6 +177,8 @@ pub(super) struct BetweenSearch {
     clearance_m: f64,
     earlier: FormationPose,
     later: FormationPose,
+    /// The poses of each dragon, one after the other.
+    walks: Vec<PoseWalk>,
     near: ClearanceSearch,
 }
 
@@ -188,6 +189,7 @@ impl BetweenSearch {
             clearance_m,
             earlier: FormationPose::default(),
             later: FormationPose::default(),
+            walks: vec![PoseWalk::default(); formation.dragons().len()],
             near: ClearanceSearch::of(&formation.layout().between_dragons()),
         }
     }
@@ -204,7 +206,7 @@ impl BetweenSearch {
         }
         self.earlier.place(&self.formation, from_s);
         while self.earlier.time_s < to_s {
-            self.stride(to_s);
+            self.stride(to_s, |_| None);
             let (touch, has_all) = self.touch_on_stride();
             let meter = self.formation.lead().meter();
             if !has_all || meter.is_spent() {
@@ -232,8 +234,7 @@ impl BetweenSearch {
         }
         self.earlier.place(&self.formation, from_s);
         while self.earlier.time_s < to_s {
-            let next_s = self.formation.stride_end_s(self.earlier.time_s, STRIDE_LINKS).min(to_s);
-            self.later.place_from(&self.formation, next_s, &known);
+            self.stride(to_s, &known);
             let begin = events.len();
             let (near, has_all) = self.near_pairs();
             for benches in near {
@@ -251,10 +252,16 @@ impl BetweenSearch {
         to_s
     }
 
-    /// Places `later` at the end of the next stride, at most at `to_s`.
-    fn stride(&mut self, to_s: f64) {
-        let next_s = self.formation.stride_end_s(self.earlier.time_s, STRIDE_LINKS).min(to_s);
-        self.later.place(&self.formation, next_s);
+    /// Places `later` at the end of the next stride, at most at `to_s`. The pose of a dragon may be known.
+    fn stride<'a>(&mut self, to_s: f64, known: impl Fn(usize) -> Option<&'a Pose>) {
+        let Self { formation, earlier, later, walks, .. } = self;
+        let next_s = formation.stride_end_s(earlier.time_s, STRIDE_LINKS).min(to_s);
+        later.place_each(formation, next_s, |number, pose, travel_m| {
+            match known(number).filter(|known| known.is_at(travel_m)) {
+                Some(known) => pose.copy_from(known),
+                None => walks[number].place(pose, &formation.dragons()[number].dragon, travel_m),
+            }
+        });
     }
 
     /// The first contact on the stride from the earlier pose to the later one, and whether all near pairs were found.
@@ -287,7 +294,11 @@ impl BetweenSearch {
         sink: &mut impl FnMut(PairEvent) -> ControlFlow<PairEvent>,
     ) -> ControlFlow<PairEvent> {
         let places = benches.map(|bench| self.formation.layout().place(bench));
-        let members = places.map(|(dragon, bench)| (&self.formation.dragons()[dragon], bench));
+        let members = places.map(|(dragon, bench)| Member {
+            planned: &self.formation.dragons()[dragon],
+            bench,
+            walk: &self.walks[dragon],
+        });
         let pair = Pair { members: Members::TwoDragons(members), benches };
         let ends = [self.earlier.pair(places), self.later.pair(places)];
         PairTracker::track_between(pair, self.clearance_m, ends, sink)

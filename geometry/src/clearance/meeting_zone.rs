@@ -6,6 +6,7 @@
 //! are separate if rectangles between them are proved free. In each zone, a [`DelaySearch`] finds the delays that meet.
 
 use std::collections::HashMap;
+use std::sync::Arc;
 
 use glam::DVec2;
 
@@ -96,6 +97,17 @@ impl DragonPair {
 
     /// All zones in which the dragons could meet; `None` if the work of a dragon's meter does not suffice.
     pub fn zones(&self) -> Option<Vec<MeetingZone>> {
+        let zones = self.find_zones();
+        self.forget();
+        zones
+    }
+
+    /// Forgets the poses of a search.
+    fn forget(&self) {
+        self.walkers.iter().for_each(Walker::forget);
+    }
+
+    fn find_zones(&self) -> Option<Vec<MeetingZone>> {
         if self.ways_gap_m(self.clearance_m + GRAZE_M) > self.clearance_m + GRAZE_M {
             return (!self.is_spent()).then(Vec::new);
         }
@@ -125,7 +137,9 @@ impl DragonPair {
     /// The nearest boards on a plan in which the second dragon leaves `delay_s` after the first one, at own times of the first one
     /// from `times_s[0]` to `times_s[1]`. The clearance is exact to 2 mm, or to a hundredth of it, and the nearest one around.
     pub fn least_clearance(&self, delay_s: f64, times_s: [f64; 2]) -> Nearest {
-        LeastClearance::new(&self.walkers, delay_s).over(times_s)
+        let nearest = LeastClearance::new(&self.walkers, delay_s).over(times_s);
+        self.forget();
+        nearest
     }
 
     /// Own times at which the dragons reach their ends, in seconds.
@@ -155,9 +169,9 @@ impl DragonPair {
     /// The dragon's own times: before it leaves, on its way, and after its end.
     fn intervals(&self, dragon: usize, levels: u32) -> Vec<Interval> {
         let walker = &self.walkers[dragon];
-        let ends = [walker.at(0.0), walker.at(walker.end_s)];
+        let ends = [walker.end_at(0.0), walker.end_at(walker.end_s)];
         let interval = |span_s: [f64; 2], ends: [usize; 2], index: i64, levels: u32, all: &[_; 2]| Interval {
-            side: Side { span_s, ends: ends.map(|end| std::rc::Rc::clone(&all[end])) },
+            side: Side { span_s, ends: ends.map(|end| Arc::clone(&all[end])) },
             index,
             levels,
         };
@@ -228,6 +242,7 @@ impl DragonPair {
         for times_s in zone.cells.iter().filter(|times_s| times_s.iter().all(|span_s| span_s[0] < span_s[1])) {
             self.fill(&self.cell(*times_s), 2 * DRAWN_LEVELS, &mut area);
         }
+        self.forget();
         let travels_m = |times_s: [[f64; 2]; 2]| [0, 1].map(|i| times_s[i].map(|time_s| self.travel_m(i, time_s)));
         area.into_iter().map(travels_m).collect()
     }
@@ -268,7 +283,7 @@ impl DragonPair {
     }
 
     fn cell(&self, spans_s: [[f64; 2]; 2]) -> Cell {
-        [0, 1].map(|i| Side { span_s: spans_s[i], ends: spans_s[i].map(|time_s| self.walkers[i].at(time_s)) })
+        [0, 1].map(|i| Side { span_s: spans_s[i], ends: spans_s[i].map(|time_s| self.walkers[i].end_at(time_s)) })
     }
 }
 

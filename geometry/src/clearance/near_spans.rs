@@ -11,7 +11,7 @@
 //!    other dragons may meet.
 
 use std::ops::ControlFlow;
-use std::rc::Rc;
+use std::sync::Arc;
 
 use glam::DVec2;
 
@@ -32,7 +32,7 @@ const MOST_JOINED: f64 = 32.0;
 const MOST_SQUARES: f64 = 2000.0;
 
 /// The dragons of a formation at one plan time, as far as they are placed.
-type Poses = Vec<Option<Rc<Posed>>>;
+type Poses = Vec<Option<Arc<Posed>>>;
 
 /// Finds the first contact of two dragons between two plan times, at the first of which no two dragons touch. Here, they touch if they
 /// are within a clearance.

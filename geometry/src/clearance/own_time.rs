@@ -4,10 +4,12 @@
 //! their own times alone, whenever the dragons leave. In a plan in which the second dragon leaves `delay` after the first one,
 //! the own times differ by that delay: time of the first − time of the second = delay.
 
-use std::rc::Rc;
+use std::cell::RefCell;
+use std::collections::HashMap;
+use std::sync::Arc;
 
 use super::board_tree::BoardTree;
-use super::pose::{BenchPose, Pose};
+use super::pose::{BenchPose, Pose, PoseWalk};
 use crate::dragon::Dragon;
 use crate::dragon::board::{Approach, Board};
 use crate::dragon::chain::Handle;
@@ -39,6 +41,10 @@ pub(super) struct Walker {
     pub(super) planned: Planned,
     /// Own time at which it reaches its end.
     pub(super) end_s: f64,
+    /// The last of the poses of searches.
+    pub(super) walk: PoseWalk,
+    /// The poses at ends of cells, by the bits of their own time.
+    ends: RefCell<HashMap<u64, Arc<Posed>>>,
 }
 
 /// A dragon at one own time.
@@ -48,6 +54,9 @@ pub(super) struct Posed {
     pub(super) tree: BoardTree,
 }
 
+/// Most boards of the poses that a dragon keeps: some 50 MB.
+const MOST_KEPT_BOARDS: usize = 1 << 18;
+
 /// Boards that one step of work places into their tree.
 const BOARDS_PER_STEP: usize = 4;
 
@@ -55,12 +64,37 @@ impl Walker {
     pub(super) fn new(planned: &Planned) -> Self {
         let planned = planned.leaving_at(0.0);
         let end_s = planned.timetable.end_s();
-        Self { planned, end_s }
+        Self { planned, end_s, walk: PoseWalk::default(), ends: RefCell::default() }
     }
 
     /// The dragon at an own time, which may be infinite.
-    pub(super) fn at(&self, time_s: f64) -> Rc<Posed> {
-        Posed::of(&self.planned.dragon, self.planned.travel_m(time_s.clamp(0.0, self.end_s)))
+    pub(super) fn at(&self, time_s: f64) -> Arc<Posed> {
+        let dragon = &self.planned.dragon;
+        let mut pose = Pose::default();
+        self.walk.place(&mut pose, dragon, self.planned.travel_m(time_s.clamp(0.0, self.end_s)));
+        Posed::new(dragon, pose)
+    }
+
+    /// The same at an end of a cell. Many cells have the same ends, so the poses are kept.
+    pub(super) fn end_at(&self, time_s: f64) -> Arc<Posed> {
+        let time_s = time_s.clamp(0.0, self.end_s);
+        let known = self.ends.borrow().get(&time_s.to_bits()).map(Arc::clone);
+        known.unwrap_or_else(|| {
+            let dragon = &self.planned.dragon;
+            let posed = Posed::new(dragon, self.walk.pose(dragon, self.planned.travel_m(time_s)));
+            let mut ends = self.ends.borrow_mut();
+            if (ends.len() + 1) * posed.pose.boards.len() > MOST_KEPT_BOARDS {
+                ends.clear();
+            }
+            ends.insert(time_s.to_bits(), Arc::clone(&posed));
+            posed
+        })
+    }
+
+    /// Forgets all poses, which take much memory.
+    pub(super) fn forget(&self) {
+        self.ends.take();
+        self.walk.forget();
     }
 
     /// The drift of the boards between two own times: see [`drift_m`].
@@ -90,10 +124,13 @@ impl Walker {
 
 impl Posed {
     /// The whole dragon at a travel of its run.
-    pub(super) fn of(dragon: &Dragon, travel_m: f64) -> Rc<Self> {
-        let pose = Pose::of(dragon, travel_m, usize::MAX);
+    pub(super) fn of(dragon: &Dragon, travel_m: f64) -> Arc<Self> {
+        Self::new(dragon, Pose::of(dragon, travel_m, usize::MAX))
+    }
+
+    fn new(dragon: &Dragon, pose: Pose) -> Arc<Self> {
         dragon.meter().add((pose.boards.len() / BOARDS_PER_STEP) as u64);
-        Rc::new(Self { tree: BoardTree::new(&pose.boards), pose })
+        Arc::new(Self { tree: BoardTree::new(&pose.boards), pose })
     }
 }
 
@@ -172,12 +209,12 @@ impl<'a> LeastClearance<'a> {
         nearest_at(self.walkers, [time_s, time_s - self.delay_s])
     }
 
-    fn posed(&self, time_s: f64) -> [Rc<Posed>; 2] {
+    fn posed(&self, time_s: f64) -> [Arc<Posed>; 2] {
         [self.walkers[0].at(time_s), self.walkers[1].at(time_s - self.delay_s)]
     }
 
     /// Keeps the nearest boards. Returns their clearance at this time.
-    fn note(&mut self, time_s: f64, posed: &[Rc<Posed>; 2]) -> f64 {
+    fn note(&mut self, time_s: f64, posed: &[Arc<Posed>; 2]) -> f64 {
         let (benches, clearance_m) = nearest(&posed[0], &posed[1]);
         if self.best.is_none_or(|best| clearance_m < best.approach.clearance_m) {
             let approach = posed[0].tree.boards()[benches[0]].approach(&posed[1].tree.boards()[benches[1]]);
@@ -186,7 +223,7 @@ impl<'a> LeastClearance<'a> {
         clearance_m
     }
 
-    fn halve(&mut self, [from_s, to_s]: [f64; 2], ends: &[[Rc<Posed>; 2]; 2]) {
+    fn halve(&mut self, [from_s, to_s]: [f64; 2], ends: &[[Arc<Posed>; 2]; 2]) {
         let drifts_m = [0, 1].map(|i| self.walkers[i].drift_m(&ends[0][i], &ends[1][i]));
         let drift_m = drifts_m[0] + drifts_m[1];
         let clearances_m = [0, 1].map(|end| nearest(&ends[end][0], &ends[end][1]).1);
@@ -209,8 +246,6 @@ impl<'a> LeastClearance<'a> {
 
 #[cfg(test)]
 mod tests {
-    use std::sync::Arc;
-
     use super::*;
     use crate::dragon::Dimensions;
     use crate::formation::Timetable;

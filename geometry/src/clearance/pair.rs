@@ -4,7 +4,7 @@
 //! metres. For benches of two dragons it is plan time, in seconds, from which each dragon's timetable gives its travel.
 
 use super::coverage::BoardCoverage;
-use super::pose::{BenchPose, Pose};
+use super::pose::{BenchPose, Pose, PoseWalk};
 use crate::dragon::{Chain, Dragon, Meter};
 use crate::formation::Planned;
 
@@ -25,8 +25,27 @@ pub(super) struct Pair<'a> {
 pub(super) enum Members<'a> {
     /// Both are of this dragon.
     OneDragon(&'a Dragon),
-    /// Each is of another dragon, with its index there.
-    TwoDragons([(&'a Planned, usize); 2]),
+    /// Each is of another dragon.
+    TwoDragons([Member<'a>; 2]),
+}
+
+/// A bench of a dragon with a timetable.
+#[derive(Clone, Copy)]
+pub(super) struct Member<'a> {
+    pub(super) planned: &'a Planned,
+    pub(super) bench: usize,
+    pub(super) walk: &'a PoseWalk,
+}
+
+impl Member<'_> {
+    fn at(&self, time_s: f64) -> BenchPose {
+        self.walk.bench_pose(&self.planned.dragon, self.bench, self.planned.travel_m(time_s))
+    }
+
+    /// The whole dragon.
+    pub(super) fn pose(&self, time_s: f64) -> Pose {
+        self.walk.pose(&self.planned.dragon, self.planned.travel_m(time_s))
+    }
 }
 
 /// Two benches at one value of the pair's parameter.
@@ -52,10 +71,7 @@ impl<'a> Pair<'a> {
     pub(super) fn solve(&self, parameter: f64) -> PairPose {
         let benches = match self.members {
             Members::OneDragon(dragon) => solve(dragon, self.benches, parameter),
-            Members::TwoDragons(members) => members.map(|(planned, bench)| {
-                let mut chain = planned.chain_at(parameter);
-                next_bench(&planned.dragon, &mut chain, bench, bench)
-            }),
+            Members::TwoDragons(members) => members.map(|member| member.at(parameter)),
         };
         PairPose { parameter, benches }
     }
@@ -71,7 +87,7 @@ impl<'a> Pair<'a> {
     pub(super) fn meter(&self) -> &'a Meter {
         match self.members {
             Members::OneDragon(dragon) => dragon.meter(),
-            Members::TwoDragons([(planned, _), _]) => planned.dragon.meter(),
+            Members::TwoDragons([member, _]) => member.planned.dragon.meter(),
         }
     }
 
@@ -86,7 +102,7 @@ impl<'a> Pair<'a> {
     pub(super) fn coverages(&self, earlier: &PairPose, later: &PairPose) -> [BoardCoverage; 2] {
         let members = match self.members {
             Members::OneDragon(dragon) => self.benches.map(|bench| (dragon, bench)),
-            Members::TwoDragons(members) => members.map(|(planned, bench)| (&*planned.dragon, bench)),
+            Members::TwoDragons(members) => members.map(|member| (&*member.planned.dragon, member.bench)),
         };
         [0, 1].map(|i| {
             let (dragon, bench) = members[i];

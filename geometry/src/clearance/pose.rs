@@ -1,8 +1,11 @@
 //! The dragon at one travel, or its front part.
 
-use crate::dragon::Dragon;
+use std::cell::{RefCell, RefMut};
+use std::sync::Arc;
+
 use crate::dragon::board::Board;
 use crate::dragon::chain::Handle;
+use crate::dragon::{ChainStepper, Dragon};
 
 /// Handles and boards at one travel, in reused buffers.
 #[derive(Clone, Debug, Default)]
@@ -63,6 +66,17 @@ impl Pose {
         self.handle_travels_m.push(dragon.route().travel(handle.parameter));
     }
 
+    /// Places the whole dragon at `travel_m`, which must lie within the run.
+    fn place_by(&mut self, stepper: &mut ChainStepper, travel_m: f64) {
+        self.travel_m = travel_m;
+        stepper.place(travel_m, &mut self.handles);
+        let dragon = stepper.dragon();
+        dragon.place_boards(&self.handles, &mut self.boards);
+        let travels_m = self.handles.iter().map(|handle| dragon.route().travel(handle.parameter));
+        self.handle_travels_m.clear();
+        self.handle_travels_m.extend(travels_m);
+    }
+
     pub(super) fn is_at(&self, travel_m: f64) -> bool {
         !self.handles.is_empty() && self.travel_m == travel_m
     }
@@ -81,6 +95,43 @@ impl Pose {
             rear_travel_m: self.handle_travels_m[bench + 1],
             board: self.boards[bench],
         }
+    }
+}
+
+/// Poses of a dragon, one after the other. Where one is near the last one, the chain is stepped.
+#[derive(Clone, Debug, Default)]
+pub(super) struct PoseWalk(RefCell<Option<ChainStepper>>);
+
+impl PoseWalk {
+    /// Places the whole dragon, the same one in each call, at `travel_m`, which must lie within the run.
+    pub(super) fn place(&self, pose: &mut Pose, dragon: &Dragon, travel_m: f64) {
+        pose.place_by(&mut self.stepper(dragon), travel_m);
+    }
+
+    /// The whole dragon. Far from the last pose its chain is solved, and the last pose stays.
+    pub(super) fn pose(&self, dragon: &Dragon, travel_m: f64) -> Pose {
+        if !self.0.borrow().as_ref().is_some_and(|stepper| stepper.is_near(travel_m)) {
+            return Pose::of(dragon, travel_m, usize::MAX);
+        }
+        let mut pose = Pose::default();
+        self.place(&mut pose, dragon, travel_m);
+        pose
+    }
+
+    /// A bench.
+    pub(super) fn bench_pose(&self, dragon: &Dragon, bench: usize, travel_m: f64) -> BenchPose {
+        let [front, rear] = self.stepper(dragon).bench_at(travel_m, bench);
+        BenchPose::new(dragon, bench, front, rear)
+    }
+
+    /// Forgets the last pose.
+    pub(super) fn forget(&self) {
+        self.0.take();
+    }
+
+    fn stepper(&self, dragon: &Dragon) -> RefMut<'_, ChainStepper> {
+        let stepper = || ChainStepper::new(Arc::new(dragon.clone()));
+        RefMut::map(self.0.borrow_mut(), |walked| walked.get_or_insert_with(stepper))
     }
 }
 

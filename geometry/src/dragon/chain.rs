@@ -37,6 +37,20 @@ impl Handle {
         Self { parameter, position, tangent, speed_ratio, height_m, climb }
     }
 
+    /// A handle whose parameter is not known. It has a position, and moves at a velocity relative to the head's speed.
+    pub(crate) fn moving(position_m: DVec3, velocity: DVec3) -> Self {
+        let speed_ratio = velocity.length();
+        let direction = velocity / speed_ratio;
+        Self {
+            parameter: f64::NAN,
+            position: position_m.truncate(),
+            tangent: direction.truncate(),
+            speed_ratio,
+            height_m: position_m.z,
+            climb: direction.z,
+        }
+    }
+
     /// Position in space, in metres.
     pub fn in_space(&self) -> DVec3 {
         self.position.extend(self.height_m)

@@ -2,6 +2,7 @@
 
 use std::ops::{Range, RangeInclusive};
 
+use glam::DVec2;
 use thiserror::Error;
 
 use crate::number::Number;
@@ -259,6 +260,6 @@ impl Dimensions {
 
     /// Distance between a hinge and the nearest corners of its board.
     pub fn overhang_m(&self) -> f64 {
-        self.hole_offset_m.hypot(0.5 * self.width_m)
+        DVec2::new(self.hole_offset_m, 0.5 * self.width_m).length()
     }
 }

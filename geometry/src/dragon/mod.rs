@@ -18,7 +18,7 @@ mod stepper;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use thiserror::Error;
 
 use crate::number::Number;
@@ -254,7 +254,7 @@ impl Dragon {
 
     /// Distance from the centre of a bench's board to its corners.
     pub(crate) fn board_radius_m(&self, bench: usize) -> f64 {
-        0.5 * self.dimensions.length_m(bench).hypot(self.dimensions.width_m())
+        0.5 * DVec2::new(self.dimensions.length_m(bench), self.dimensions.width_m()).length()
     }
 
     /// Replaces `boards` by the boards of all benches, head first.

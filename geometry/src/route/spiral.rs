@@ -250,9 +250,12 @@ fn unit_speed(angle: f64) -> f64 {
     (1.0 + angle * angle).sqrt()
 }
 
-/// Arc length of r = θ from the centre to `angle`: ½(θ·√(1 + θ²) + asinh θ).
+/// Arc length of r = θ from the centre to `angle`: ½(θ·√(1 + θ²) + asinh θ). From θ = 1 on, the logarithm has no fewer exact digits
+/// than the library's asinh, which takes longer.
 fn unit_length(angle: f64) -> f64 {
-    0.5 * (angle * unit_speed(angle) + angle.asinh())
+    let speed = unit_speed(angle);
+    let area = if angle >= 1.0 { (angle + speed).ln() } else { angle.asinh() };
+    0.5 * (angle * speed + area)
 }
 
 /// The inverse of [`unit_length`] for `length >= 0`, exact to a few units of rounding.

@@ -1,4 +1,5 @@
-//! Steps the chain from one tick to the next. It takes about fifty instructions a handle, where the reference solver searches.
+//! Steps the chain from one tick to the next, or from one pose of a search to the next. It takes about fifty instructions a handle,
+//! where the reference solver searches.
 //!
 //! Between two ticks every handle moves little and smoothly. So each handle is extrapolated by its last rates. One step of
 //! Newton's method on the whole chain then corrects the rest, in vectors of four handles. The system of equations is
@@ -23,7 +24,7 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::Dragon;
-use super::chain::TravelOutOfRange;
+use super::chain::{Handle, TravelOutOfRange};
 use super::dimensions::Dimensions;
 use crate::route::{Kernel, PlanPiece, Route};
 
@@ -34,11 +35,23 @@ use pass::{Pass, Way};
 use scratch::{Ahead, Links, Scratch};
 use section::{Section, Step};
 
-/// Longest step, as a share of the shortest link, that the stepper takes. After a longer one it solves the chain again.
+/// Longest step, forward or back, as a share of the shortest link, that the stepper takes. After a longer one it solves the chain again.
 ///
 /// In such a step a handle moves far less than the distance between two parameters at the same distance from the handle ahead.
 /// So the stepper stays on the solution that is the chain.
 const LONGEST_STEP: f64 = 1.0 / 16.0;
+/// Rounding of a step, as a share of it.
+const STEP_ROUNDING: f64 = 1e-9;
+/// Most steps of a walk. As many take about as long as a chain that is solved.
+const MOST_STEPS: f64 = 16.0;
+/// Work for a handle of a chain that is solved, in steps of work.
+const WORK_OF_CHAIN: usize = 4;
+/// Steps of the stepper for a handle that take as long as its record.
+const STEPS_OF_RECORD: usize = 4;
+/// Steps of the stepper for a handle that take as long as a step of work.
+const STEPS_PER_WORK: usize = 8;
+/// Speed of a handle, as a share of the head's, up to which its direction is not taken from its velocity.
+const LEAST_RATIO: f64 = 1e-6;
 /// Longest step, as a multiple of the step before, over which the change of a rate is extrapolated. A longer step would amplify
 /// the rounding of that change.
 const LONGEST_EXTRAPOLATION: f64 = 8.0;
@@ -54,7 +67,7 @@ const LARGEST_CORRECTION: f64 = 1.0 / 64.0;
 ///
 /// Stepped poses differ from those of the reference solver only by rounding: about 10⁻¹² m for the paper's dragon. The last
 /// bits may depend on the sequence of travels. The same sequence gives the same bits on the same machine. No call allocates.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct ChainStepper {
     dragon: Arc<Dragon>,
     instructions: Instructions,
@@ -165,6 +178,69 @@ impl ChainStepper {
         Ok(())
     }
 
+    /// Moves the head to a feasible travel, forward or back, in as few steps as their longest length allows. If they were too many, it
+    /// solves the chain there. Replaces `handles` by the handles there. The dragon's meter counts the work.
+    pub(crate) fn place(&mut self, travel_m: f64, handles: &mut Vec<Handle>) {
+        self.walk_near(travel_m);
+        handles.clear();
+        handles.resize(self.dragon.dimensions().handles(), Handle::moving(DVec3::ZERO, DVec3::ZERO));
+        self.step(travel_m, 1.0, handles, Handle::moving).expect("the travel is feasible");
+        let behind = self.sections.iter().flat_map(|section| section.places().map(|[parameter, _]| parameter));
+        let parameters = self.last.iter().map(|last| last.parameter).chain(behind);
+        for (handle, parameter) in handles.iter_mut().zip(parameters) {
+            handle.parameter = parameter;
+        }
+        // The direction of a handle that stops is not that of its velocity.
+        if handles.iter().any(|handle| handle.speed_ratio <= LEAST_RATIO) {
+            handles.clear();
+            handles.extend(self.dragon.chain(travel_m).expect("the travel is feasible"));
+        }
+    }
+
+    /// The same, with the two handles of a bench as the result.
+    pub(crate) fn bench_at(&mut self, travel_m: f64, bench: usize) -> [Handle; 2] {
+        self.walk_near(travel_m);
+        let count = self.dragon.dimensions().handles();
+        self.step(travel_m, 1.0, &mut vec![(); count], |_, _| ()).expect("the travel is feasible");
+        [bench, bench + 1].map(|number| self.handle(number))
+    }
+
+    /// Whether [`place`](Self::place) would step to a travel.
+    pub(crate) fn is_near(&self, travel_m: f64) -> bool {
+        self.steps_to(travel_m).is_some()
+    }
+
+    /// A handle at the last pose.
+    fn handle(&self, number: usize) -> Handle {
+        let head = self.last.expect("there is a last pose");
+        let [parameter, rate] = match number.checked_sub(1) {
+            None => [head.parameter, head.rate],
+            Some(behind) => self.sections[behind / HANDLES].place_of(behind % HANDLES),
+        };
+        let point = self.dragon.route().point(parameter);
+        Handle::new(parameter, point, rate * point.speed_m_per_unit)
+    }
+
+    /// Takes all but the last one of the steps to a travel, if they are not too many. Counts the work of all.
+    fn walk_near(&mut self, travel_m: f64) {
+        let count = self.dragon.dimensions().handles();
+        let (Some(from), Some(steps)) = (self.last, self.steps_to(travel_m)) else {
+            return self.dragon.meter().add((WORK_OF_CHAIN * count) as u64);
+        };
+        self.dragon.meter().add(((steps + STEPS_OF_RECORD) * count / STEPS_PER_WORK) as u64);
+        for step in 1..steps {
+            let between_m = from.travel_m + (travel_m - from.travel_m) * (step as f64 / steps as f64);
+            self.step(between_m, 1.0, &mut vec![(); count], |_, _| ()).expect("it is between feasible travels");
+        }
+    }
+
+    /// Number of steps of at most the longest length to a travel; `None` if they are too many, or if no pose is known.
+    fn steps_to(&self, travel_m: f64) -> Option<usize> {
+        let distance_m = (travel_m - self.last?.travel_m).abs();
+        let steps = (distance_m / (LONGEST_STEP * shortest_link_m(&self.dimensions)) * (1.0 - STEP_ROUNDING)).ceil();
+        (steps <= MOST_STEPS).then_some(steps as usize)
+    }
+
     /// How the pass reaches a travel from the last pose, and the head's parameter at that travel.
     fn way_to(&self, travel_m: f64) -> (Way, f64) {
         let route = self.dragon.route();
@@ -173,12 +249,12 @@ impl ChainStepper {
         if step_m == 0.0 {
             return (Way::Stand, last.parameter);
         }
-        if !(step_m > 0.0 && step_m <= LONGEST_STEP * shortest_link_m(&self.dimensions)) {
+        if step_m.abs() > (1.0 + STEP_ROUNDING) * LONGEST_STEP * shortest_link_m(&self.dimensions) {
             return (Way::Afresh, route.parameter(travel_m));
         }
         let bend_m = last
             .step_m
-            .filter(|&last_step_m| step_m <= LONGEST_EXTRAPOLATION * last_step_m)
+            .filter(|&last_step_m| step_m.abs() <= LONGEST_EXTRAPOLATION * last_step_m.abs())
             .map_or(0.0, |last_step_m| 0.5 * step_m * step_m / last_step_m);
         (Way::Walk(Step { step_m, bend_m }), route.parameter_near(travel_m, last.parameter + step_m * last.rate))
     }
@@ -223,8 +299,60 @@ fn rounding_m(dragon: &Dragon, dimensions: &Dimensions) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+    use test_support::property::random_cases;
+
     use super::*;
     use crate::dragon::ChainSolver;
+    use crate::route::Turnaround;
+
+    /// A dragon of 70 benches, which fill more than a section, on a turnaround.
+    fn dragons() -> impl Strategy<Value = Dragon> {
+        let turnarounds = (0.6..2.0_f64, 5.0..10.0_f64, 0.5..2.0_f64);
+        turnarounds.prop_filter_map("no dragon walks there", |(pitch_m, diameter_m, ratio)| {
+            let turnaround = Turnaround::new(pitch_m, diameter_m, ratio).ok()?;
+            let dimensions = Dimensions::new(70, 3.41, 2.20, 0.30, 0.275).ok()?;
+            Dragon::new(dimensions, Arc::new(turnaround.between(-30.0, 100.0).ok()?.route())).ok()
+        })
+    }
+
+    proptest! {
+        #![proptest_config(random_cases(64))]
+
+        /// Short and long ways, forward and back, and jumps.
+        #[test]
+        fn places_of_a_walk_are_those_of_the_reference_solver(
+            dragon in dragons(), ways in prop::collection::vec((0..4_u32, -1.0..1.0_f64, 0..70_usize), 1..40),
+        ) {
+            let (start_m, end_m) = (dragon.start_travel_m(), dragon.end_travel_m());
+            let mut stepper = ChainStepper::new(Arc::new(dragon.clone()));
+            let mut travel_m = 0.5 * (start_m + end_m);
+            let mut handles = Vec::new();
+            for (kind, way, bench) in ways {
+                let longest_m = [1e-6, 0.05, 2.5, end_m - start_m][kind as usize];
+                travel_m = (travel_m + way * longest_m).clamp(start_m, end_m);
+                let solved: Vec<Handle> = dragon.chain(travel_m).expect("within the run").collect();
+                // The bounds are those of `tests/stepper.rs`, without the rounding of a spiral that is far out.
+                let differs = |found: &Handle, solved: &Handle| {
+                    let off_m = found.in_space().distance(solved.in_space());
+                    let [one, other] = [found, solved].map(|handle| handle.tangent * handle.speed_ratio);
+                    let off = one.distance(other).max((found.speed_ratio - solved.speed_ratio).abs());
+                    let walked_m = (dragon.route().travel(found.parameter) - dragon.route().travel(solved.parameter)).abs();
+                    off_m.max(walked_m) > 1e-10 || off > 1e-8
+                };
+                if bench % 2 == 0 {
+                    stepper.place(travel_m, &mut handles);
+                    prop_assert_eq!(handles.len(), solved.len());
+                    let first = handles.iter().zip(&solved).find(|(found, solved)| differs(found, solved));
+                    prop_assert!(first.is_none(), "at {travel_m} m: {first:?}");
+                } else {
+                    let found = stepper.bench_at(travel_m, bench);
+                    let is_same = found.iter().zip(&solved[bench..]).all(|(found, solved)| !differs(found, solved));
+                    prop_assert!(is_same, "bench {bench} at {travel_m} m: {found:?}, {:?}", &solved[bench..bench + 2]);
+                }
+            }
+        }
+    }
 
     /// A segment without pieces is a kind whose points need more than a centre and a radius.
     #[test]

@@ -51,6 +51,16 @@ impl Section {
         self.last_rates = self.rates;
     }
 
+    /// Parameter and rate of each handle, front first.
+    pub(super) fn places(&self) -> impl Iterator<Item = [f64; 2]> {
+        (0..HANDLES).map(|i| self.place_of(i))
+    }
+
+    /// Parameter and rate of a handle, counted from the front.
+    pub(super) fn place_of(&self, i: usize) -> [f64; 2] {
+        [self.parameters[index(i)], self.rates[index(i)]]
+    }
+
     /// Whether every handle has a position.
     #[inline(always)]
     pub(super) fn is_placed(&self) -> bool {
