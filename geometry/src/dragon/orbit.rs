@@ -7,6 +7,7 @@
 use super::Dragon;
 use super::link::{Link, RearEnd};
 use crate::numerics::{Slope, rising_root};
+use crate::route::RoutePoint;
 
 /// Accuracy of the search for the head's parameter, in metres at handle 1. The rounding of a chain is about 10⁻¹³ m.
 const ROUNDING_M: f64 = 1e-12;
@@ -26,10 +27,13 @@ impl Dragon {
     pub(crate) fn orbit(&self, parameter: f64) -> impl Iterator<Item = Station> {
         // A lone head has no body link. Its own link divides the route into stations.
         let bench = 1.min(self.dimensions.benches() - 1);
-        std::iter::successors(Some(Station { parameter, speed_ratio: 1.0 }), move |front| {
-            let rear = self.rear(bench, front.parameter)?;
-            Some(Station { parameter: rear.parameter, speed_ratio: front.speed_ratio * rear.speed_ratio() })
-        })
+        let first = (Station { parameter, speed_ratio: 1.0 }, self.route.point(parameter));
+        let stations = std::iter::successors(Some(first), move |&(front, point)| {
+            let rear = self.rear_behind(bench, front.parameter, point)?;
+            let speed_ratio = front.speed_ratio * rear.speed_ratio();
+            Some((Station { parameter: rear.parameter, speed_ratio }, rear.point))
+        });
+        stations.map(|(station, _)| station)
     }
 
     /// Finds the head's parameter for which handle 1 is at `parameter`. Returns it with the speed of handle 1 divided by the
@@ -67,8 +71,12 @@ impl Dragon {
 
     /// The rear handle of a bench whose front handle is at `front_parameter`.
     pub(crate) fn rear(&self, bench: usize, front_parameter: f64) -> Option<RearEnd> {
-        let route = self.route();
-        let (front, length_m) = (route.point(front_parameter), self.dimensions.link_m(bench));
-        Link { route, front, length_m, meter: &self.meter }.rear(front_parameter)
+        self.rear_behind(bench, front_parameter, self.route.point(front_parameter))
+    }
+
+    /// The same, whose front handle is at this point of the route.
+    fn rear_behind(&self, bench: usize, front_parameter: f64, front: RoutePoint) -> Option<RearEnd> {
+        let length_m = self.dimensions.link_m(bench);
+        Link { route: self.route(), front, length_m, meter: &self.meter }.rear(front_parameter)
     }
 }

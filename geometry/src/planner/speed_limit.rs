@@ -203,15 +203,15 @@ impl Survey<'_> {
             beyond += usize::from(station.parameter < begin_parameter);
             beyond < benches && !dragon.meter().is_spent()
         });
-        let length = last_orbit.count();
-        let link_behind = dragon.orbit(end_parameter).nth(1).map_or(begin_parameter, |station| station.parameter);
+        let last_orbit: Vec<Station> = last_orbit.collect();
+        let length = last_orbit.len();
+        let link_behind = last_orbit.get(1).map_or(begin_parameter, |station| station.parameter);
         let [low_m, high_m] = [link_behind, end_parameter].map(|parameter| route.travel(parameter));
-        let orbits = (1..=SURVEYED_PER_LINK).rev().map(|i| {
+        let orbits = (1..SURVEYED_PER_LINK).rev().map(|i| {
             let share = i as f64 / SURVEYED_PER_LINK as f64;
-            let parameter =
-                if i == SURVEYED_PER_LINK { end_parameter } else { route.parameter(low_m + (high_m - low_m) * share) };
-            dragon.orbit(parameter).take(length).collect()
+            dragon.orbit(route.parameter(low_m + (high_m - low_m) * share)).take(length).collect()
         });
+        let orbits = std::iter::once(last_orbit).chain(orbits);
         let orbits: Vec<Vec<Station>> = orbits.take_while(|_| !dragon.meter().is_spent()).collect();
         let phases: Vec<Vec<Spot>> = (0..orbits.len()).map(|phase| self.spots_of_phase(&orbits, phase)).collect();
         let walked = |spot: &&Spot| spot.parameter > begin_parameter;
