@@ -33,11 +33,20 @@ function picture(page) {
   return page.evaluate(() => document.querySelector('#plan').toDataURL());
 }
 
-/** Writes the plan as red, green, blue and alpha. Returns its size and the colours of the wood, the head and the ground. */
+/**
+ * Writes the plan as red, green, blue and alpha. Returns its size, its camera, and the colours of the wood, the head and the ground.
+ * A line of text that comes or goes changes the plan's size; it is drawn anew in the picture after that.
+ */
 async function writePixels(page) {
-  const { base64, ...sizes } = await page.evaluate(() => {
+  const { base64, ...sizes } = await page.evaluate(async () => {
     const plan = document.querySelector('#plan');
+    const drawn = () => `${plan.width} ${plan.height} ${plan.dataset.camera}`;
+    for (let before = ''; before !== drawn(); ) {
+      before = drawn();
+      for (let pictures = 0; pictures < 3; pictures += 1) await new Promise(requestAnimationFrame);
+    }
     const { width, height } = plan;
+    const camera = plan.dataset.camera.split(' ').map(Number);
     const { data } = plan.getContext('2d').getImageData(0, 0, width, height);
     let binary = '';
     for (let at = 0; at < data.length; at += 32768) binary += String.fromCharCode(...data.subarray(at, at + 32768));
@@ -46,7 +55,7 @@ async function writePixels(page) {
       probe.style.color = `var(--${name})`;
       return getComputedStyle(probe).color.match(/\d+/g).map(Number);
     };
-    return { base64: btoa(binary), width, height, wood: colour('wood'), head: colour('head'), ground: colour('halo') };
+    return { base64: btoa(binary), width, height, camera, wood: colour('wood'), head: colour('head'), ground: colour('halo') };
   });
   fs.writeFileSync(pixels, Buffer.from(base64, 'base64'));
   return sizes;

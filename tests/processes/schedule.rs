@@ -175,7 +175,7 @@ fn bad_input_gets_one_line() {
     let one = run(&stage_with("[dragon]\nbenches = 3\n"), &[]);
     assert_eq!(one.code(), Some(2), "{}", one.stderr);
     assert!(one.stderr.contains("must have 2 or more for solve schedule"), "{}", one.stderr);
-    let little = schedule(&stage_with(&CROSSING.replace("benches = 4", "benches = 900")), &["--work", "1"]);
+    let little = schedule(&stage_with(&CROSSING.replace("benches = 4", "benches = 3000")), &["--work", "1"]);
     assert!(little["undecided"].as_str().is_some_and(|reason| reason.contains("gold and silver")), "{little}");
 }
 

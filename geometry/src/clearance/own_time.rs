@@ -81,7 +81,7 @@ impl Walker {
         let known = self.ends.borrow().get(&time_s.to_bits()).map(Arc::clone);
         known.unwrap_or_else(|| {
             let dragon = &self.planned.dragon;
-            let posed = Posed::new(dragon, self.walk.pose(dragon, self.planned.travel_m(time_s)));
+            let posed = Posed::new(dragon, self.walk.pose(dragon, self.planned.travel_m(time_s), usize::MAX));
             let mut ends = self.ends.borrow_mut();
             if (ends.len() + 1) * posed.pose.boards.len() > MOST_KEPT_BOARDS {
                 ends.clear();

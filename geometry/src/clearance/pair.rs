@@ -42,9 +42,9 @@ impl Member<'_> {
         self.walk.bench_pose(&self.planned.dragon, self.bench, self.planned.travel_m(time_s))
     }
 
-    /// The whole dragon.
+    /// The dragon, at least up to the bench.
     pub(super) fn pose(&self, time_s: f64) -> Pose {
-        self.walk.pose(&self.planned.dragon, self.planned.travel_m(time_s))
+        self.walk.pose(&self.planned.dragon, self.planned.travel_m(time_s), self.bench + 1)
     }
 }
 

@@ -108,19 +108,25 @@ impl PoseWalk {
         pose.place_by(&mut self.stepper(dragon), travel_m);
     }
 
-    /// The whole dragon. Far from the last pose its chain is solved, and the last pose stays.
-    pub(super) fn pose(&self, dragon: &Dragon, travel_m: f64) -> Pose {
-        if !self.0.borrow().as_ref().is_some_and(|stepper| stepper.is_near(travel_m)) {
-            return Pose::of(dragon, travel_m, usize::MAX);
+    /// The first `benches` benches, or all. Few benches, and those far from the last pose, are solved, and the last pose stays.
+    pub(super) fn pose(&self, dragon: &Dragon, travel_m: f64, benches: usize) -> Pose {
+        let is_near = self.0.borrow().as_ref().is_some_and(|stepper| stepper.is_near(travel_m));
+        if !is_near || are_few(dragon, benches) {
+            return Pose::of(dragon, travel_m, benches);
         }
         let mut pose = Pose::default();
         self.place(&mut pose, dragon, travel_m);
         pose
     }
 
-    /// A bench.
+    /// A bench. One near the head is solved, and the last pose stays.
     pub(super) fn bench_pose(&self, dragon: &Dragon, bench: usize, travel_m: f64) -> BenchPose {
-        let [front, rear] = self.stepper(dragon).bench_at(travel_m, bench);
+        let [front, rear] = if are_few(dragon, bench + 1) {
+            let mut chain = dragon.chain(travel_m).expect("the travel lies within the run").skip(bench);
+            [(); 2].map(|()| chain.next().expect("every link meets the route during the run"))
+        } else {
+            self.stepper(dragon).bench_at(travel_m, bench)
+        };
         BenchPose::new(dragon, bench, front, rear)
     }
 
@@ -133,6 +139,12 @@ impl PoseWalk {
         let stepper = || ChainStepper::new(Arc::new(dragon.clone()));
         RefMut::map(self.0.borrow_mut(), |walked| walked.get_or_insert_with(stepper))
     }
+}
+
+/// Whether a chain of so many benches is sooner solved than that of the whole dragon is stepped.
+fn are_few(dragon: &Dragon, benches: usize) -> bool {
+    const STEPPED_PER_SOLVED: usize = 16;
+    benches < dragon.dimensions().benches() / STEPPED_PER_SOLVED
 }
 
 /// A bench and its handles at one travel of the head.
