@@ -11,7 +11,7 @@ use bench_dragon_geometry::clearance::{PairClearance, play_reach_m};
 use bench_dragon_geometry::dragon::Dragon;
 use bench_dragon_geometry::planner::least_clearance;
 use bench_dragon_geometry::stage::Border;
-use bench_dragon_ipc::{FrameHeader, Refusal, Request, ShowState};
+use bench_dragon_ipc::{FrameHeader, Refusal, Request, ShowState, Status};
 use proptest::prelude::*;
 use test_support::property::random_cases;
 
@@ -384,6 +384,13 @@ fn a_grant_that_a_late_one_has_replaced_is_given_again() {
 }
 
 /// A guard that has read no frame for a while takes the head to be where it was. Seeks and their grants may have replaced the travel there.
+#[test]
+fn a_status_asks_for_the_target_of_a_refused_seek() {
+    let status = Status { asked_m: 12.5, tick: 40, ..Status::default() };
+    assert_eq!(Asked::of(&status), Some(Asked { travel_m: 12.5, tick: 40 }));
+    assert_eq!(Asked::of(&Status { asked_m: Status::NONE, ..status }), None);
+}
+
 #[test]
 fn travel_at_the_last_known_place_of_the_head_is_granted_again_as_a_whole() {
     let config = Config::from_toml("[monitor]\nguard = true\n").expect("a valid configuration");
