@@ -23,7 +23,7 @@
 use std::sync::Arc;
 
 use super::meeting_zone::Tip;
-use super::own_time::{Nearest, NearestBenches, Posed, Walker, nearest, nearest_at, nearest_benches_at};
+use super::own_time::{Nearest, NearestBenches, Posed, Walker, nearest_at, nearest_benches_at};
 use super::pair::{Member, Members, Pair};
 use super::pair_motion::GRAZE_M;
 use super::pair_tracker::PairTracker;
@@ -78,23 +78,26 @@ pub(super) type Cell = [Side; 2];
 
 /// The known bounds on the clearance of two dragons in a cell.
 pub(super) struct Look {
-    /// A lower bound on the clearance.
+    /// A lower bound on the clearance; −∞ if a corner is within the limit.
     pub(super) bound_m: f64,
     /// The corner with the smaller clearance of two.
     pub(super) corner: usize,
-    /// The clearance there.
+    /// The clearance there. Within the limit it is that of any two boards.
     pub(super) corner_m: f64,
-    /// The clearance at the other one.
+    /// The same at the other one.
     pub(super) other_corner_m: f64,
     /// Displacement of the boards of each dragon.
     drifts_m: [f64; 2],
 }
 
-pub(super) fn look(walkers: &[Walker; 2], cell: &Cell) -> Look {
-    let clearances_m = [0, 1].map(|corner| nearest(&cell[0].ends[corner], &cell[1].ends[corner]).1);
+/// Looks at a cell. Clearances within `limit_m` are not told apart: where boards overlap, the nearest ones would take long to find.
+pub(super) fn look(walkers: &[Walker; 2], cell: &Cell, limit_m: f64) -> Look {
+    let clearance_m = |corner: usize| cell[0].ends[corner].tree.nearest_over(&cell[1].ends[corner].tree, limit_m).1;
+    let clearances_m = [0, 1].map(clearance_m);
     let drifts_m = [0, 1].map(|i| walkers[i].drift_m(&cell[i].ends[0], &cell[i].ends[1]));
     let corner = usize::from(clearances_m[1] < clearances_m[0]);
-    let bound_m = 0.5 * (clearances_m[0] + clearances_m[1] - drifts_m[0] - drifts_m[1]);
+    let mean_m = 0.5 * (clearances_m[0] + clearances_m[1] - drifts_m[0] - drifts_m[1]);
+    let bound_m = if clearances_m[corner] <= limit_m { f64::NEG_INFINITY } else { mean_m };
     Look { bound_m, corner, corner_m: clearances_m[corner], other_corner_m: clearances_m[1 - corner], drifts_m }
 }
 
@@ -168,7 +171,7 @@ impl<'a> DelaySearch<'a> {
         if self.covers(cell.each_ref().map(|side| side.span_s)) {
             return Ok(());
         }
-        let look = look(self.walkers, cell);
+        let look = look(self.walkers, cell, self.clearance_m + GRAZE_M);
         if !self.is_within(look.bound_m) {
             return Ok(());
         }

@@ -186,8 +186,9 @@ impl DragonPair {
         if self.is_spent() {
             return Err(OutOfWork);
         }
-        let look = look(&self.walkers, &[intervals[0].side.clone(), intervals[1].side.clone()]);
-        if look.bound_m > self.clearance_m + GRAZE_M {
+        let limit_m = self.clearance_m + GRAZE_M;
+        let look = look(&self.walkers, &[intervals[0].side.clone(), intervals[1].side.clone()], limit_m);
+        if look.bound_m > limit_m {
             return Ok(());
         }
         let levels = intervals.each_ref().map(|interval| interval.levels);
@@ -249,7 +250,7 @@ impl DragonPair {
 
     /// Adds the parts of a cell in which boards are within the clearance.
     fn fill(&self, cell: &Cell, levels: u32, area: &mut Vec<[[f64; 2]; 2]>) {
-        let look = look(&self.walkers, cell);
+        let look = look(&self.walkers, cell, self.clearance_m + GRAZE_M);
         let is_met = |clearance_m: f64| clearance_m <= self.clearance_m + GRAZE_M;
         if !is_met(look.bound_m) {
             return;
