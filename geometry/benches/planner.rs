@@ -188,8 +188,8 @@ fn delays(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// What the guard and the monitor do while a show runs, on a street that winds: the proof of 100 strides, and the sweeps of 1,000
-/// frames, a millimetre each.
+/// The work of guard and monitor during a show on a winding street: a proof of 100 strides, and sweeps over the ways between 1,000
+/// frames. Each way is a millimetre.
 fn watch(criterion: &mut Criterion) {
     const BEGIN_M: f64 = 100.0;
     const PROVEN_M: f64 = 41.25;

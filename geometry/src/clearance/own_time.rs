@@ -41,7 +41,7 @@ pub(super) struct Walker {
     pub(super) planned: Planned,
     /// Own time at which it reaches its end.
     pub(super) end_s: f64,
-    /// The last of the poses of searches.
+    /// Steps from pose to pose.
     pub(super) walk: PoseWalk,
     /// The poses at ends of cells, by the bits of their own time.
     ends: RefCell<HashMap<u64, Arc<Posed>>>,

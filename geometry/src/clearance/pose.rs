@@ -108,7 +108,7 @@ impl PoseWalk {
         pose.place_by(&mut self.stepper(dragon), travel_m);
     }
 
-    /// The first `benches` benches, or all. Few benches, and those far from the last pose, are solved, and the last pose stays.
+    /// At least the first `benches` benches. The chain is solved, and the last pose stays, if they are few or far from it.
     pub(super) fn pose(&self, dragon: &Dragon, travel_m: f64, benches: usize) -> Pose {
         let is_near = self.0.borrow().as_ref().is_some_and(|stepper| stepper.is_near(travel_m));
         if !is_near || are_few(dragon, benches) {
@@ -119,7 +119,7 @@ impl PoseWalk {
         pose
     }
 
-    /// A bench. One near the head is solved, and the last pose stays.
+    /// A bench. If it is near the head, the chain is solved up to it, and the last pose stays.
     pub(super) fn bench_pose(&self, dragon: &Dragon, bench: usize, travel_m: f64) -> BenchPose {
         let [front, rear] = if are_few(dragon, bench + 1) {
             let mut chain = dragon.chain(travel_m).expect("the travel lies within the run").skip(bench);
