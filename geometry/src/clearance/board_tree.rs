@@ -91,65 +91,80 @@ impl BoardTree {
 
     /// The same; or, if some boards have a clearance of at most `enough_m`, any two such boards.
     pub(super) fn nearest_over(&self, other: &Self, enough_m: f64) -> ([usize; 2], f64) {
-        let mut nearest = ([0, 0], f64::INFINITY);
-        let mut look = |benches: [usize; 2], nearest_m: f64| {
+        self.nearest_within(other, [enough_m, f64::INFINITY]).unwrap_or(([0, 0], f64::INFINITY))
+    }
+
+    /// The same, if their clearance is at most `reach_m`. The search is the shorter, the less it reaches.
+    pub(super) fn nearest_within(&self, other: &Self, [enough_m, reach_m]: [f64; 2]) -> Option<([usize; 2], f64)> {
+        let mut nearest = None;
+        self.visit(other, reach_m, |benches, reach_m| {
             let [ours, theirs] = [&self.boards[benches[0]], &other.boards[benches[1]]];
-            if ours.gap_m(theirs) < nearest_m {
-                let clearance_m = ours.clearance(theirs);
-                if clearance_m < nearest.1 {
-                    nearest = (benches, clearance_m);
-                }
+            if ours.gap_m(theirs) > reach_m {
+                return reach_m;
             }
+            let clearance_m = ours.clearance(theirs);
+            if clearance_m > reach_m {
+                return reach_m;
+            }
+            nearest = Some((benches, clearance_m));
             // Nothing is nearer than −∞, which ends the search.
-            if nearest.1 <= enough_m { f64::NEG_INFINITY } else { nearest.1 }
-        };
-        self.visit(other, [self.root(), other.root()], &mut look, &mut f64::INFINITY.clone());
+            if clearance_m <= enough_m { f64::NEG_INFINITY } else { clearance_m }
+        });
         nearest
+    }
+
+    /// Whether some boards, one of each tree, have a clearance of at most `reach_m`.
+    pub(super) fn comes_within(&self, other: &Self, reach_m: f64) -> bool {
+        self.nearest_within(other, [reach_m; 2]).is_some()
     }
 
     /// All pairs of boards, one of each tree, with a clearance of at most `reach_m`.
     pub(super) fn within(&self, other: &Self, reach_m: f64) -> Vec<[usize; 2]> {
         let mut found = Vec::new();
-        self.visit(
-            other,
-            [self.root(), other.root()],
-            &mut |benches, reach_m| {
-                if self.boards[benches[0]].gap_m(&other.boards[benches[1]]) <= reach_m {
-                    found.push(benches);
-                }
-                reach_m
-            },
-            &mut reach_m.clone(),
-        );
+        self.visit(other, reach_m, |benches, reach_m| {
+            if self.boards[benches[0]].gap_m(&other.boards[benches[1]]) <= reach_m {
+                found.push(benches);
+            }
+            reach_m
+        });
         found
     }
 
     /// Calls `look` with each pair of benches whose circles are at most `reach_m` apart, the nearer halves first. It returns the
     /// next reach.
-    fn visit(
+    fn visit(&self, other: &Self, mut reach_m: f64, mut look: impl FnMut([usize; 2], f64) -> f64) {
+        let nodes = [self.root(), other.root()];
+        if self.circles[0].gap_m(&other.circles[0]) <= reach_m {
+            self.visit_halves(other, nodes, &mut look, &mut reach_m);
+        }
+    }
+
+    /// The same for two nodes whose circles are within reach.
+    fn visit_halves(
         &self,
         other: &Self,
         [ours, theirs]: [Node; 2],
         look: &mut impl FnMut([usize; 2], f64) -> f64,
         reach_m: &mut f64,
     ) {
-        let circles = [self.circles[ours.index], other.circles[theirs.index]];
-        if circles[0].gap_m(&circles[1]) > *reach_m {
-            return;
-        }
         if ours.count == 1 && theirs.count == 1 {
             *reach_m = look([ours.first, theirs.first], *reach_m);
             return;
         }
+        let circles = [self.circles[ours.index], other.circles[theirs.index]];
         let splits_ours = theirs.count == 1 || (ours.count > 1 && circles[0].radius_m >= circles[1].radius_m);
         let mut parts = if splits_ours {
             ours.halves().map(|half| (self.circles[half.index].gap_m(&circles[1]), [half, theirs]))
         } else {
             theirs.halves().map(|half| (other.circles[half.index].gap_m(&circles[0]), [ours, half]))
         };
-        parts.sort_by(|one, other| one.0.total_cmp(&other.0));
-        for (_, nodes) in parts {
-            self.visit(other, nodes, look, reach_m);
+        if parts[1].0 < parts[0].0 {
+            parts.swap(0, 1);
+        }
+        for (gap_m, nodes) in parts {
+            if gap_m <= *reach_m {
+                self.visit_halves(other, nodes, look, reach_m);
+            }
         }
     }
 }

@@ -8,9 +8,10 @@
 //!    than the depth, which is the limit minus the clearance. So the delay changes in proved steps. After each step, the point
 //!    slides along its plan to about where the boards are nearest. Where the moving dragon stands, every further delay meets. A climb
 //!    ends where it reaches delays that are known.
-//! 2. *Cells.* A cell is a rectangle of own times. It needs no look if all of its delays are known to meet. It is free if the mean
-//!    of the clearances at two opposite corners, minus half of the boards' displacements in between, exceeds the limit. Else it is
-//!    halved, down to a quarter of a link.
+//! 2. *Cells.* A cell is a rectangle of own times. It needs no look if all of its delays are known to meet. It is free if the
+//!    places that the boards of both dragons may take on its sides (see `stride_extent`) are further apart than the limit: this proves
+//!    most where dragons walk beside each other. It is free as well if the mean of the clearances at two opposite corners, minus half of
+//!    the boards' displacements in between, exceeds the limit. Else it is halved, down to a quarter of a link.
 //! 3. *Tubes.* Such a cell is divided into intervals of delays. Let a pair stay apart by the limit plus V·w on the plan with the
 //!    middle delay, where w is half of the interval, and V bounds the speeds of both boards. Then it stays apart by the limit at
 //!    all delays of the interval, because each of its points is reached from that plan if one of the dragons, or both, move for
@@ -23,7 +24,7 @@
 use std::sync::Arc;
 
 use super::meeting_zone::Tip;
-use super::own_time::{Nearest, NearestBenches, Posed, Walker, nearest_at, nearest_benches_at};
+use super::own_time::{Nearest, NearestBenches, Posed, Walker, met_between, nearest_at, nearest_benches_at};
 use super::pair::{Member, Members, Pair};
 use super::pair_motion::GRAZE_M;
 use super::pair_tracker::PairTracker;
@@ -76,29 +77,24 @@ impl Side {
 /// A rectangle of own times.
 pub(super) type Cell = [Side; 2];
 
-/// The known bounds on the clearance of two dragons in a cell.
+/// What is known of a cell in which boards may be within the clearance.
 pub(super) struct Look {
-    /// A lower bound on the clearance; −∞ if a corner is within the limit.
-    pub(super) bound_m: f64,
-    /// The corner with the smaller clearance of two.
-    pub(super) corner: usize,
-    /// The clearance there. Within the limit it is that of any two boards.
-    pub(super) corner_m: f64,
-    /// The same at the other one.
-    pub(super) other_corner_m: f64,
+    /// Whether boards are within the clearance at each of two opposite corners.
+    pub(super) is_met: [bool; 2],
     /// Displacement of the boards of each dragon.
     drifts_m: [f64; 2],
 }
 
-/// Looks at a cell. Clearances within `limit_m` are not told apart: where boards overlap, the nearest ones would take long to find.
-pub(super) fn look(walkers: &[Walker; 2], cell: &Cell, limit_m: f64) -> Look {
-    let clearance_m = |corner: usize| cell[0].ends[corner].tree.nearest_over(&cell[1].ends[corner].tree, limit_m).1;
-    let clearances_m = [0, 1].map(clearance_m);
-    let drifts_m = [0, 1].map(|i| walkers[i].drift_m(&cell[i].ends[0], &cell[i].ends[1]));
-    let corner = usize::from(clearances_m[1] < clearances_m[0]);
-    let mean_m = 0.5 * (clearances_m[0] + clearances_m[1] - drifts_m[0] - drifts_m[1]);
-    let bound_m = if clearances_m[corner] <= limit_m { f64::NEG_INFINITY } else { mean_m };
-    Look { bound_m, corner, corner_m: clearances_m[corner], other_corner_m: clearances_m[1 - corner], drifts_m }
+/// Looks at a cell: where are boards within the clearance? `None` if nowhere.
+pub(super) fn look(walkers: &[Walker; 2], cell: &Cell, clearance_m: f64) -> Option<Look> {
+    let limit_m = clearance_m + GRAZE_M;
+    let swept = [0, 1].map(|i| walkers[i].swept(cell[i].ends.each_ref().map(|end| &**end)));
+    if !swept[0].comes_within(&swept[1], limit_m) {
+        return None;
+    }
+    let corners = [0, 1].map(|corner| cell.each_ref().map(|side| &*side.ends[corner]));
+    let drifts_m = [0, 1].map(|i| walkers[i].drift_m(corners[0][i], corners[1][i]));
+    Some(Look { is_met: met_between(corners, drifts_m, limit_m)?, drifts_m })
 }
 
 /// The delays of a cell.
@@ -151,10 +147,6 @@ impl<'a> DelaySearch<'a> {
         (self.delays, self.tips)
     }
 
-    fn is_within(&self, clearance_m: f64) -> bool {
-        clearance_m <= self.clearance_m + GRAZE_M
-    }
-
     fn check(&self) -> Result<(), OutOfWork> {
         let is_spent = self.walkers.iter().any(|walker| walker.planned.dragon.meter().is_spent());
         if is_spent { Err(OutOfWork) } else { Ok(()) }
@@ -171,20 +163,17 @@ impl<'a> DelaySearch<'a> {
         if self.covers(cell.each_ref().map(|side| side.span_s)) {
             return Ok(());
         }
-        let look = look(self.walkers, cell, self.clearance_m + GRAZE_M);
-        if !self.is_within(look.bound_m) {
-            return Ok(());
-        }
-        if self.is_within(look.corner_m) {
-            self.climb([0, 1].map(|i| self.time_s(i, cell[i].span_s[look.corner])))?;
+        let Some(Look { is_met, drifts_m }) = look(self.walkers, cell, self.clearance_m) else { return Ok(()) };
+        if let Some(corner) = is_met.iter().position(|is_met| *is_met) {
+            self.climb([0, 1].map(|i| self.time_s(i, cell[i].span_s[corner])))?;
             if self.delays.covers(delays_of(cell)) {
                 return Ok(());
             }
         }
         let is_long = |i: usize| cell[i].length_s() > self.walkers[i].stride_s();
-        match longer_side(cell, look.drifts_m, is_long) {
+        match longer_side(cell, drifts_m, is_long) {
             Some(side) => self.add_halves(cell, side),
-            None => self.add_short(cell, look.drifts_m),
+            None => self.add_short(cell, drifts_m),
         }
     }
 

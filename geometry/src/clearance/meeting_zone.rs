@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use glam::DVec2;
 
-use super::delay_search::{Cell, DelaySearch, OutOfWork, Side, look};
+use super::delay_search::{Cell, DelaySearch, Look, OutOfWork, Side, look};
 use super::near_spans::way;
 use super::own_time::{LeastClearance, Nearest, Walker};
 use super::pair_motion::GRAZE_M;
@@ -186,14 +186,10 @@ impl DragonPair {
         if self.is_spent() {
             return Err(OutOfWork);
         }
-        let limit_m = self.clearance_m + GRAZE_M;
-        let look = look(&self.walkers, &[intervals[0].side.clone(), intervals[1].side.clone()], limit_m);
-        if look.bound_m > limit_m {
-            return Ok(());
-        }
+        let cell = intervals.each_ref().map(|interval| interval.side.clone());
+        let Some(Look { is_met, .. }) = look(&self.walkers, &cell, self.clearance_m) else { return Ok(()) };
         let levels = intervals.each_ref().map(|interval| interval.levels);
-        let is_met = |clearance_m: f64| clearance_m <= self.clearance_m + GRAZE_M;
-        if is_met(look.corner_m) && is_met(look.other_corner_m) && levels[0].max(levels[1]) <= JOINED_LEVELS {
+        if is_met == [true; 2] && levels[0].max(levels[1]) <= JOINED_LEVELS {
             let within = |i: usize| (0..1_i64 << levels[i]).map(move |part| (intervals[i].index << levels[i]) + part);
             leaves.extend(
                 within(0).flat_map(|one| within(1).map(move |other| Leaf { index: [one, other], is_met: true })),
@@ -203,7 +199,7 @@ impl DragonPair {
         let splits = usize::from(intervals[1].levels > intervals[0].levels);
         let interval = &intervals[splits];
         if interval.levels == 0 {
-            let is_met = is_met(look.corner_m);
+            let is_met = is_met.contains(&true);
             leaves.push(Leaf { index: [intervals[0].index, intervals[1].index], is_met });
             return Ok(());
         }
@@ -250,12 +246,8 @@ impl DragonPair {
 
     /// Adds the parts of a cell in which boards are within the clearance.
     fn fill(&self, cell: &Cell, levels: u32, area: &mut Vec<[[f64; 2]; 2]>) {
-        let look = look(&self.walkers, cell, self.clearance_m + GRAZE_M);
-        let is_met = |clearance_m: f64| clearance_m <= self.clearance_m + GRAZE_M;
-        if !is_met(look.bound_m) {
-            return;
-        }
-        if is_met(look.other_corner_m) && is_met(look.corner_m) {
+        let Some(Look { is_met, .. }) = look(&self.walkers, cell, self.clearance_m) else { return };
+        if is_met == [true; 2] {
             area.push([cell[0].span_s, cell[1].span_s]);
         } else if levels > 0 {
             let side = (levels % 2) as usize;

@@ -17,7 +17,7 @@ use glam::DVec2;
 
 use super::board_tree::BoardTree;
 use super::formation_search::{BetweenSearch, Meeting, Unfinished};
-use super::own_time::{Posed, drift_m};
+use super::own_time::{Posed, drift_m, met_between};
 use super::pair_motion::GRAZE_M;
 use crate::dragon::board::Board;
 use crate::formation::{Formation, Planned};
@@ -49,7 +49,7 @@ pub(super) fn first_near(
     let pairs = (0..count).flat_map(|one| (one + 1..count).map(move |other| [one, other]));
     let may_meet = |pair: &[usize; 2]| {
         let limit_m = clearance_m + GRAZE_M;
-        ways[pair[0]].nearest_over(&ways[pair[1]], limit_m).1 <= limit_m
+        ways[pair[0]].comes_within(&ways[pair[1]], limit_m)
     };
     let pairs: Vec<[usize; 2]> = pairs.filter(may_meet).collect();
     let span_s = |Planned { dragon, timetable }: &Planned| {
@@ -134,12 +134,10 @@ impl NearSpans<'_> {
     }
 
     fn may_meet(&self, pair: &[usize; 2], ends: &[Poses; 2]) -> bool {
-        let posed = |end: usize, i: usize| ends[end][pair[i]].as_ref().expect("the pair is placed");
-        let drifts_m = [0, 1].map(|i| drift_m(&self.formation.dragons()[pair[i]].dragon, posed(0, i), posed(1, i)));
-        let limit_m = self.clearance_m + GRAZE_M;
-        let clearances_m = [0, 1].map(|end| posed(end, 0).tree.nearest_over(&posed(end, 1).tree, limit_m).1);
-        let bound_m = 0.5 * (clearances_m[0] + clearances_m[1] - drifts_m[0] - drifts_m[1]);
-        clearances_m[0].min(clearances_m[1]).min(bound_m) <= limit_m
+        let posed =
+            [0, 1].map(|end: usize| pair.map(|dragon| &**ends[end][dragon].as_ref().expect("the pair is placed")));
+        let drifts_m = [0, 1].map(|i| drift_m(&self.formation.dragons()[pair[i]].dragon, posed[0][i], posed[1][i]));
+        met_between(posed, drifts_m, self.clearance_m + GRAZE_M).is_some()
     }
 
     /// Adds a span to the open one, or searches that one and opens another.

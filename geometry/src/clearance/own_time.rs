@@ -6,6 +6,7 @@
 
 use std::cell::RefCell;
 use std::collections::HashMap;
+use std::hash::Hash;
 use std::sync::Arc;
 
 use super::board_tree::BoardTree;
@@ -43,8 +44,10 @@ pub(super) struct Walker {
     pub(super) end_s: f64,
     /// Steps from pose to pose.
     pub(super) walk: PoseWalk,
-    /// The poses at ends of cells, by the bits of their own time.
-    ends: RefCell<HashMap<u64, Arc<Posed>>>,
+    /// The poses at ends of cells, by the bits of their own times.
+    ends: Kept<u64, Arc<Posed>>,
+    /// Rectangles around all places of each board on sides of cells, by the bits of their travels.
+    swept: Kept<[u64; 2], Arc<BoardTree>>,
 }
 
 /// A dragon at one own time.
@@ -54,8 +57,32 @@ pub(super) struct Posed {
     pub(super) tree: BoardTree,
 }
 
-/// Most boards of the poses that a dragon keeps: some 50 MB.
+/// Trees that many cells of a search share.
+#[derive(Clone, Debug)]
+struct Kept<K, T>(RefCell<HashMap<K, T>>);
+
+/// Most boards of the trees that are kept: some 50 MB.
 const MOST_KEPT_BOARDS: usize = 1 << 18;
+
+impl<K: Eq + Hash, T: Clone> Kept<K, T> {
+    fn none() -> Self {
+        Self(RefCell::default())
+    }
+
+    /// The tree of this key, which has `boards` boards. It is made if it is not kept.
+    fn tree(&self, key: K, boards: usize, make: impl FnOnce() -> T) -> T {
+        let known = self.0.borrow().get(&key).cloned();
+        known.unwrap_or_else(|| {
+            let tree = make();
+            let mut kept = self.0.borrow_mut();
+            if (kept.len() + 1) * boards > MOST_KEPT_BOARDS {
+                kept.clear();
+            }
+            kept.insert(key, tree.clone());
+            tree
+        })
+    }
+}
 
 /// Boards that one step of work places into their tree.
 const BOARDS_PER_STEP: usize = 4;
@@ -64,7 +91,7 @@ impl Walker {
     pub(super) fn new(planned: &Planned) -> Self {
         let planned = planned.leaving_at(0.0);
         let end_s = planned.timetable.end_s();
-        Self { planned, end_s, walk: PoseWalk::default(), ends: RefCell::default() }
+        Self { planned, end_s, walk: PoseWalk::default(), ends: Kept::none(), swept: Kept::none() }
     }
 
     /// The dragon at an own time, which may be infinite.
@@ -75,25 +102,27 @@ impl Walker {
         Posed::new(dragon, pose)
     }
 
-    /// The same at an end of a cell. Many cells have the same ends, so the poses are kept.
+    /// The same at an end of a cell.
     pub(super) fn end_at(&self, time_s: f64) -> Arc<Posed> {
-        let time_s = time_s.clamp(0.0, self.end_s);
-        let known = self.ends.borrow().get(&time_s.to_bits()).map(Arc::clone);
-        known.unwrap_or_else(|| {
-            let dragon = &self.planned.dragon;
-            let posed = Posed::new(dragon, self.walk.pose(dragon, self.planned.travel_m(time_s), usize::MAX));
-            let mut ends = self.ends.borrow_mut();
-            if (ends.len() + 1) * posed.pose.boards.len() > MOST_KEPT_BOARDS {
-                ends.clear();
-            }
-            ends.insert(time_s.to_bits(), Arc::clone(&posed));
-            posed
+        let (time_s, dragon) = (time_s.clamp(0.0, self.end_s), &self.planned.dragon);
+        self.ends.tree(time_s.to_bits(), dragon.dimensions().benches(), || {
+            Posed::new(dragon, self.walk.pose(dragon, self.planned.travel_m(time_s), usize::MAX))
+        })
+    }
+
+    /// Rectangles around all places of each board between two times.
+    pub(super) fn swept(&self, [earlier, later]: [&Posed; 2]) -> Arc<BoardTree> {
+        let (ends, dragon) = ([&earlier.pose, &later.pose], &self.planned.dragon);
+        self.swept.tree(ends.map(|pose| pose.travel_m.to_bits()), dragon.dimensions().benches(), || {
+            let rectangle = |bench| ends[0].extent(ends[1], dragon, bench).rectangle();
+            Arc::new(tree_of(dragon, &(0..ends[0].boards.len()).map(rectangle).collect::<Vec<Board>>()))
         })
     }
 
     /// Forgets all poses, which take much memory.
     pub(super) fn forget(&self) {
-        self.ends.take();
+        self.ends.0.take();
+        self.swept.0.take();
         self.walk.forget();
     }
 
@@ -129,9 +158,14 @@ impl Posed {
     }
 
     fn new(dragon: &Dragon, pose: Pose) -> Arc<Self> {
-        dragon.meter().add((pose.boards.len() / BOARDS_PER_STEP) as u64);
-        Arc::new(Self { tree: BoardTree::new(&pose.boards), pose })
+        Arc::new(Self { tree: tree_of(dragon, &pose.boards), pose })
     }
+}
+
+/// A tree of boards. Counts the work.
+fn tree_of(dragon: &Dragon, boards: &[Board]) -> BoardTree {
+    dragon.meter().add((boards.len() / BOARDS_PER_STEP) as u64);
+    BoardTree::new(boards)
 }
 
 /// Bound on the sum of the displacements of any board from its positions at two travels, at any travel in between.
@@ -141,6 +175,21 @@ pub(super) fn drift_m(dragon: &Dragon, earlier: &Posed, later: &Posed) -> f64 {
     }
     let drifts_m = (0..earlier.pose.boards.len()).map(|bench| earlier.pose.drift_m(&later.pose, dragon, bench));
     drifts_m.fold(0.0, f64::max)
+}
+
+/// Whether two boards are within a limit at each of two moments with two dragons; `None` if all clearances in between are proved to exceed
+/// it. That is so if the mean of the clearances exceeds it by more than half of the drifts: `drifts_m` bound the sums of the displacements
+/// of the boards of each dragon from both moments.
+pub(super) fn met_between(moments: [[&Posed; 2]; 2], drifts_m: [f64; 2], limit_m: f64) -> Option<[bool; 2]> {
+    let [first, second] = moments.map(|posed| posed.map(|posed| &posed.tree));
+    let drift_m = drifts_m[0] + drifts_m[1];
+    // Boards that are further from each other are not within the limit at the second moment either.
+    let (_, first_m) = first[0].nearest_within(first[1], [limit_m, limit_m + drift_m])?;
+    let is_met = first_m <= limit_m;
+    if !is_met && !second[0].comes_within(second[1], 2.0 * limit_m + drift_m - first_m) {
+        return None;
+    }
+    Some([is_met, second[0].comes_within(second[1], limit_m)])
 }
 
 /// Least clearance of two poses, with its benches.

@@ -3,9 +3,13 @@
 use std::cell::{RefCell, RefMut};
 use std::sync::Arc;
 
+use super::stride_extent::{StrideExtent, WalkedArc};
 use crate::dragon::board::Board;
 use crate::dragon::chain::Handle;
 use crate::dragon::{ChainStepper, Dragon};
+
+/// Bound on the rounding of a way of a handle, in metres.
+const ROUNDING_M: f64 = 1e-9;
 
 /// Handles and boards at one travel, in reused buffers.
 #[derive(Clone, Debug, Default)]
@@ -85,6 +89,17 @@ impl Pose {
     pub(super) fn drift_m(&self, later: &Self, dragon: &Dragon, bench: usize) -> f64 {
         let walked_m = |handle: usize| later.handle_travels_m[handle] - self.handle_travels_m[handle];
         drift_m(dragon, bench, &self.boards[bench], [bench, bench + 1].map(walked_m))
+    }
+
+    /// Where a handle may be up to a later pose.
+    pub(super) fn walked_arc(&self, later: &Self, handle: usize) -> WalkedArc {
+        let ends = [self, later].map(|pose| pose.handles[handle].position);
+        WalkedArc::new(ends, later.handle_travels_m[handle] - self.handle_travels_m[handle] + ROUNDING_M)
+    }
+
+    /// Where a bench may be up to a later pose.
+    pub(super) fn extent(&self, later: &Self, dragon: &Dragon, bench: usize) -> StrideExtent {
+        StrideExtent::new(dragon, bench, [bench, bench + 1].map(|handle| self.walked_arc(later, handle)))
     }
 
     pub(super) fn bench_pose(&self, bench: usize) -> BenchPose {

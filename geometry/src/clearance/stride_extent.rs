@@ -14,6 +14,7 @@
 
 use glam::DVec2;
 
+use crate::dragon::board::Board;
 use crate::dragon::{Dimensions, Dragon};
 
 /// Where a handle may be on a stride.
@@ -86,6 +87,19 @@ impl StrideExtent {
             (front_m - front_reach_m).min(rear_m - rear_reach_m) - beyond_m,
             (front_m + front_reach_m).max(rear_m + rear_reach_m) + beyond_m,
         ]
+    }
+
+    /// A rectangle around all places of the board.
+    pub(super) fn rectangle(&self) -> Board {
+        let across = if self.across() == DVec2::ZERO { DVec2::Y } else { self.across() };
+        let heading = -across.perp();
+        let [[rear_m, front_m], [right_m, left_m]] = [heading, across].map(|direction| self.span_m(direction));
+        Board {
+            centre: 0.5 * (rear_m + front_m) * heading + 0.5 * (right_m + left_m) * across,
+            heading,
+            half_length: 0.5 * (front_m - rear_m),
+            half_width: 0.5 * (left_m - right_m),
+        }
     }
 
     fn middle(&self) -> DVec2 {
@@ -167,12 +181,11 @@ mod tests {
     }
 
     fn arc([earlier, .., later]: &[Pose; 3], handle: usize) -> WalkedArc {
-        let ends = [earlier, later].map(|pose| pose.handles[handle].position);
-        WalkedArc::new(ends, later.handle_travels_m[handle] - earlier.handle_travels_m[handle] + ROUNDING_M)
+        earlier.walked_arc(later, handle)
     }
 
-    fn extent(dragon: &Dragon, bench: usize, poses: &[Pose; 3]) -> StrideExtent {
-        StrideExtent::new(dragon, bench, [bench, bench + 1].map(|handle| arc(poses, handle)))
+    fn extent(dragon: &Dragon, bench: usize, [earlier, .., later]: &[Pose; 3]) -> StrideExtent {
+        earlier.extent(later, dragon, bench)
     }
 
     proptest! {
@@ -186,6 +199,21 @@ mod tests {
                 for corner in board.corners() {
                     let at_m = corner.dot(direction);
                     prop_assert!(from_m - ROUNDING_M <= at_m && at_m <= to_m + ROUNDING_M, "{bench}: {at_m} in {from_m}..{to_m}");
+                }
+            }
+        }
+
+        #[test]
+        fn no_board_leaves_the_rectangle_of_its_extent((dragon, poses) in strides()) {
+            for (bench, board) in poses[1].boards.iter().enumerate() {
+                let rectangle = extent(&dragon, bench, &poses).rectangle();
+                for corner in board.corners() {
+                    let at = corner - rectangle.centre;
+                    let beyond_m = [
+                        rectangle.heading.dot(at).abs() - rectangle.half_length,
+                        rectangle.heading.perp_dot(at).abs() - rectangle.half_width,
+                    ];
+                    prop_assert!(beyond_m.iter().all(|&beyond_m| beyond_m <= ROUNDING_M), "{bench}: {beyond_m:?}");
                 }
             }
         }
