@@ -10,13 +10,12 @@ use allocation_counter::measure;
 use bench_dragon::config::Config;
 use bench_dragon::safety::alerts::ALERT_BURST;
 use bench_dragon::safety::monitor::Monitor;
-use bench_dragon::system::processors::Processors;
 use bench_dragon_geometry::clearance::{first_contact, first_within};
 use bench_dragon_geometry::dragon::{ChainSolver, Dragon, Meter};
 use bench_dragon_geometry::planner::{
     Parameter, PlannedTurn, QuickestRun, RunLimits, Sensitivity, Setting, Staging, clearance_profile,
-    largest_speed_ratio, least_clearance, near_misses, passage_through, shortest_turn, shortest_turn_with_line,
-    smallest_pitch, smallest_pitch_on, walk_through,
+    largest_speed_ratio, least_clearance, near_misses, on_one_core, passage_through, shortest_turn,
+    shortest_turn_with_line, smallest_pitch, smallest_pitch_on, walk_through,
 };
 use bench_dragon_ipc::{FrameHeader, HandleState};
 use proptest::prelude::*;
@@ -31,10 +30,10 @@ const STEPS_PER_HANDLE: u64 = 1_000;
 const STEPS_BESIDES: u64 = 40_000_000;
 /// Greatest memory of an answer at any time, in bytes. Lists of near pairs alone may take 150 MB.
 const MOST_BYTES: u64 = 400 << 20;
-/// Longest time between two frames, in show seconds, as after lost ones.
+/// Times between successive frames, in show seconds. The long ones are as after lost frames.
 const FRAME_GAPS_S: [f64; 3] = [0.001, 1.0, 1000.0];
 
-/// Configurations that exceeded the bounds once, and configurations at the limits of the valid ranges.
+/// Configurations near the bounds of work, and at the limits of the valid ranges.
 const EXTREMES: &[&str] = &[
     "",
     "[dragon]\nbenches = 100000\n[route]\nstart_turns = 10000\n",
@@ -108,10 +107,10 @@ fn configs() -> impl Strategy<Value = String> {
     })
 }
 
-/// Runs a question, and checks the bounds of its work and memory.
+/// Runs a question on this thread alone, whose memory is counted, and checks the bounds of its work and memory.
 fn ask(what: &str, text: &str, handles: usize, question: impl FnOnce(&Meter)) {
     let meter = Meter::of(MOST_STEPS);
-    let allocations = measure(|| question(&meter));
+    let allocations = measure(|| on_one_core(|| question(&meter)));
     let (steps, bytes) = (meter.done(), allocations.bytes_max);
     let most = MOST_STEPS + STEPS_BESIDES + STEPS_PER_HANDLE * handles as u64;
     assert!(steps <= most, "{what} takes {steps} steps, over {most}:\n{text}");
@@ -245,16 +244,8 @@ fn frame(solver: &mut ChainSolver, dragon: &Dragon, travel_m: f64) -> Vec<Handle
     handles.iter().map(state).collect()
 }
 
-/// Keeps this thread on one processor. The planner then works only on this thread, whose memory is counted.
-fn work_alone() {
-    let mine = Processors::of_this_process().expect("a thread has processors");
-    let first = (0..1024).find(|&cpu| mine.contains(cpu)).expect("the list has a processor");
-    bench_dragon::system::processors::keep_on(first).expect("the processor belongs to this process");
-}
-
 #[test]
 fn extreme_configurations_take_bounded_work_and_memory() {
-    work_alone();
     let valid = EXTREMES.iter().filter(|text| is_bounded(text)).count();
     assert!(valid + 2 >= EXTREMES.len(), "nearly all are valid: {valid} of {}", EXTREMES.len());
 }
@@ -271,7 +262,6 @@ fn links_that_are_too_short_are_refused_with_the_smallest_allowed_length() {
 
 #[test]
 fn a_long_link_in_a_tight_turn_takes_bounded_work() {
-    work_alone();
     let text = "[dragon]\nbenches = 3\nhead_length_m = 0.4434254132248732\nbody_length_m = 45.79440183417507\n\
                 width_m = 1\nhole_offset_m = 0\n[route]\npitch_m = 1.01\nkind = \"turnaround\"\n\
                 turn_diameter_m = 1\nradius_ratio = 1\n[head]\nspeed_mps = 1\n[monitor]\nnear_m = 0\n";
@@ -280,7 +270,6 @@ fn a_long_link_in_a_tight_turn_takes_bounded_work() {
 
 #[test]
 fn any_dragon_takes_bounded_work_and_memory() {
-    work_alone();
     // The dragons are the same in each run. A larger number of cases adds more.
     let mut runner = TestRunner::new_with_rng(random_cases(24), TestRng::deterministic_rng(RngAlgorithm::ChaCha));
     let outcome = runner.run(&prop_oneof![configs(), paths()], |text| {

@@ -110,6 +110,23 @@ fn a_show_follows_its_cues_and_waits_until_go() {
 }
 
 #[test]
+fn a_wait_at_a_travel_is_where_the_head_stands_there_also_as_the_first_cue() {
+    let cues = "{ name = \"a\", at_m = 10, wait = true }, { name = \"b\", at_m = 20, wait = true }";
+    for (head, at_s) in [("", [10.0, 20.0]), ("accel_mps2 = 0.5", [12.0, 24.0])] {
+        let config = config(&straight(head, cues));
+        let planned_s: Vec<f64> = config.cues().iter().map(|cue| cue.at_s).collect();
+        assert!(planned_s.iter().zip(at_s).all(|(planned_s, at_s)| (planned_s - at_s).abs() < 1e-9), "{planned_s:?}");
+        let mut night = Night::new(&config);
+        for at_m in [10.0, 20.0] {
+            let waiting = night.play_to(ShowState::Waiting);
+            assert!((waiting.head_travel_m - at_m).abs() < 1e-9, "{} m", waiting.head_travel_m);
+            assert_eq!(night.ask(Request::Go), Ok(()));
+        }
+        assert_eq!(night.play_to(ShowState::Finished).head_travel_m, 60.0);
+    }
+}
+
+#[test]
 fn a_speed_of_0_is_a_stand_until_a_later_cue() {
     // Half of each ramp is at the slower speed: the start loses as much travel as the stand gains.
     for head in ["", "accel_mps2 = 0.5"] {
@@ -326,6 +343,14 @@ fn bad_cues_get_one_line() {
     assert!(unknown.contains("unknown field `at`"), "{unknown}");
 }
 
+#[test]
+fn the_first_wait_at_a_travel_is_that_of_its_dragon() {
+    let config = config(&crossing(Some(0.5), 5.0, "{ name = \"a\", at_m = 8, dragon = \"silver\", wait = true }"));
+    let silver = &config.formation().dragons()[1];
+    let walked_m = silver.travel_m(config.cues()[0].at_s) - silver.dragon.start_travel_m();
+    assert!((walked_m - 8.0).abs() < 1e-9, "{walked_m} m at {} s", config.cues()[0].at_s);
+}
+
 /// Two straight dragons whose routes cross at a right angle, with cues.
 fn crossing(accel_mps2: Option<f64>, silver_s: f64, cues: &str) -> String {
     let straight = "route = { kind = \"path\", segments = [{ kind = \"line\", length_m = 40 }]";
@@ -347,7 +372,7 @@ proptest! {
     fn a_guarded_night_keeps_its_plan_and_its_margin(
         accel_mps2 in prop::option::of(0.2..2.0_f64),
         silver_s in 0.0..40.0_f64,
-        cues in prop::collection::vec((1.5..12.0_f64, 0..4_u8, 0.3..1.5_f64), 0..5),
+        cues in prop::collection::vec((1.5..12.0_f64, 0..5_u8, 0.3..1.5_f64), 0..5),
         go_every in 1..200_u64,
     ) {
         let mut at_s = 0.0;
@@ -359,7 +384,8 @@ proptest! {
                     0 => "wait = true".to_owned(),
                     1 => format!("speed_mps = {speed_mps}"),
                     2 => format!("speed_mps = {speed_mps}, dragon = \"silver\""),
-                    _ => format!("wait = true, speed_mps = {speed_mps}, dragon = \"gold\""),
+                    3 => format!("wait = true, speed_mps = {speed_mps}, dragon = \"gold\""),
+                    _ => return format!("{{ name = \"{number}\", at_m = {at_s}, wait = true }}"),
                 };
                 format!("{{ name = \"{number}\", at_s = {at_s}, {effect} }}")
             })

@@ -10,7 +10,7 @@ use bench_dragon_geometry::clearance::{
     ContactSearch, DragonPair, ProvenTravel, first_contact, first_possible_touch, first_touching_pose,
 };
 use bench_dragon_geometry::dragon::{ChainSolver, Dragon, Meter};
-use bench_dragon_geometry::formation::DelaySet;
+use bench_dragon_geometry::formation::{DelaySet, Planned};
 use bench_dragon_geometry::planner::{
     Parameter, Sensitivity, Setting, Staging, guaranteed_pitch, largest_speed_ratio, least_clearance, near_misses,
     passage_through, shortest_turn, shortest_turn_with_line, smallest_pitch,
@@ -167,24 +167,30 @@ fn sensitivity(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// The delays at which two large dragons come within half a metre of each other.
+/// The delays at which two large dragons come within half a metre of each other: of two whose ways cross, and of two that walk beside
+/// each other and never meet.
 fn delays(criterion: &mut Criterion) {
     let gold = shared::through_a_square(DVec2::new(-75.922, -12.145), 2.159);
-    let silver = shared::through_a_square(DVec2::new(-54.284, -54.451), 38.159);
-    let delays = || {
+    let crossing = shared::through_a_square(DVec2::new(-54.284, -54.451), 38.159);
+    let beside = shared::through_a_square(DVec2::new(75.922, 12.145), 182.159);
+    let delays = |other: &Planned| {
         let mut delays = DelaySet::default();
-        for zone in DragonPair::new([&gold, &silver], black_box(0.5)).zones().expect("no limit") {
+        for zone in DragonPair::new([&gold, other], black_box(0.5)).zones().expect("no limit") {
             delays.extend(&zone.delays);
         }
         delays
     };
     let known = [-263.848, 275.904];
-    let found = delays();
+    let found = delays(&crossing);
     let is_known = matches!(found.intervals(), [found] if (0..2).all(|end| (found[end] - known[end]).abs() < 1e-3));
     assert!(is_known, "{found:?}");
+    assert_eq!(delays(&beside), DelaySet::default());
     let mut group = criterion.benchmark_group("formation");
     group.sample_size(10);
-    group.bench_function("delays at which two dragons of 223 benches meet", |bencher| bencher.iter(delays));
+    group.bench_function("delays at which two dragons of 223 benches meet", |bencher| {
+        bencher.iter(|| delays(&crossing));
+    });
+    group.bench_function("delays of two that walk beside each other", |bencher| bencher.iter(|| delays(&beside)));
     group.finish();
 }
 

@@ -1,5 +1,6 @@
 //! Measures one tick: from the head's travel to the whole frame of positions and velocities. The dragons are the paper's, the
-//! same on a turnaround, a path and a drawing, and one of 100,000 benches. First, the poses of the whole run are compared with the reference solver.
+//! same on a turnaround, a path and a drawing, and one of 100,000 benches. First, the poses of the whole run are
+//! compared with the reference solver.
 
 mod shared;
 

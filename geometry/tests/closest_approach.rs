@@ -1,5 +1,6 @@
 //! Closest approaches of benches, compared with all pairs at every step of a fine walk.
 
+use std::f64::consts::PI;
 use std::sync::Arc;
 
 use bench_dragon_geometry::clearance::{ClearanceSearch, PairClearance, first_contact};
@@ -7,7 +8,7 @@ use bench_dragon_geometry::dragon::{ChainSolver, Dimensions, Dragon, Meter};
 use bench_dragon_geometry::planner::{
     ClosestApproach, Infeasible, Staging, TurnPassage, clearance_profile, least_clearance, near_misses, walk_through,
 };
-use bench_dragon_geometry::route::{Route, Turnaround};
+use bench_dragon_geometry::route::{PathSegment, PathSpec, Route, RouteSpec, Turnaround};
 use proptest::prelude::*;
 use test_support::dragons::{paper_benches, paper_dragon, paper_turnaround};
 use test_support::property::random_cases;
@@ -80,6 +81,25 @@ fn a_turn_that_no_dragon_passes_has_a_reason() {
     assert!(matches!(walk(1.7, 9.0, 3.0), TurnPassage::Infeasible(Infeasible::Fault { .. })));
     assert!(matches!(walk(0.2, 9.0, 2.0), TurnPassage::Infeasible(Infeasible::Dragon(_))));
     assert!(matches!(walk(0.8, 9.0, 1.0), TurnPassage::Contact(_)));
+}
+
+#[test]
+fn a_clearance_that_stays_over_seams_of_one_circle_or_line_is_found_at_once() {
+    let arc = |turn: f64| PathSegment::Arc { radius_m: 6.0, turn };
+    let circle = PathSpec { segments: vec![arc(PI), arc(PI)], laps: Some(3) };
+    let street = PathSpec { segments: vec![PathSegment::Line { length_m: 20.0 }; 3], laps: None };
+    let dimensions = Dimensions::new(5, 3.41, 2.20, 0.30, 0.275).expect("valid benches");
+    for (path, end_m) in [(circle, 36.0 * PI), (street, 60.0)] {
+        let route = RouteSpec::from(path).build(1.0, dimensions.links_m()).expect("a valid path");
+        let dragon = Dragon::new(dimensions, Arc::new(route)).expect("the dragon stands");
+        let metered = dragon.metered(&Meter::of(1_000_000));
+        let closest = least_clearance(&metered, 0.0, end_m, |_| ()).expect("little work").expect("five benches");
+        assert_eq!(closest.pair.benches, [0, 2]);
+        for travel_m in [0.0, 0.5 * end_m, end_m] {
+            let there_m = clearance_at(&dragon, &ClosestApproach { travel_m, ..closest });
+            assert!((there_m - closest.pair.clearance_m).abs() < 1e-11, "{there_m} m at {travel_m} m, {closest:?}");
+        }
+    }
 }
 
 #[test]

@@ -215,6 +215,30 @@ fn a_curve_through_points_far_apart_is_followed_only_if_they_are_samples() {
 }
 
 #[test]
+fn samples_close_together_with_rounded_decimals_are_followed_like_any_others() {
+    let samples = FitSettings { joins_samples: true, ..SETTINGS };
+    let steps = [(0.0, 0.0), (0.2, 0.0), (0.4, 0.02), (0.6, 0.04), (0.8, 0.06), (1.0, 0.06), (1.2, 0.06)];
+    for scale in [1.0, 10.0] {
+        let points = steps.map(|(x, y)| scale * point(x, y));
+        let fit = Drawing::polyline(&points, false).fit(&samples).expect("a smooth curve");
+        let apart_m = apart_m(&points, &points_of(&route(&fit, None)));
+        assert!(apart_m <= SETTINGS.tolerance_m + 1e-6, "{scale}: {apart_m}");
+    }
+    // A circle of 10 m, one point a degree, in whole centimetres.
+    let centimetres = |metres: f64| (metres * 100.0).round() / 100.0;
+    let on_circle = |degrees: i32| DVec2::from_angle(f64::from(degrees % 360).to_radians()) * 10.0;
+    let circle: Vec<DVec2> = (0..=360).map(on_circle).map(|at| point(centimetres(at.x), centimetres(at.y))).collect();
+    for (points, is_closed) in [(&circle[..], true), (&circle[..181], false)] {
+        let fit = Drawing { is_closed, ..Drawing::polyline(points, false) }.fit(&samples).expect("a smooth curve");
+        let apart_m = apart_m(points, &points_of(&route(&fit, None)));
+        assert!(apart_m <= SETTINGS.tolerance_m + 1e-6, "{}: {apart_m}", points.len());
+    }
+    let bend = [(0.0, 0.0), (0.2, 0.0), (0.37, 0.105)].map(|(x, y)| point(x, y));
+    let error = Drawing::polyline(&bend, false).fit(&samples).expect_err("a corner");
+    assert!(matches!(error, DrawingError::Corner { turn, .. } if (turn.to_degrees() - 31.701).abs() < 1e-3), "{error}");
+}
+
+#[test]
 fn a_radius_that_does_not_fit_names_the_corner_and_the_largest_that_does() {
     let bend = Drawing::polyline(&[DVec2::ZERO, point(3.0, 0.0), point(3.0, 9.0)], false);
     assert_eq!(bend.fit(&rounded(3.0)).expect("it just fits").corners, 1);

@@ -118,8 +118,41 @@ impl fmt::Display for Fault {
     }
 }
 
-/// Number of kinds that a seed turns on or off.
-const KINDS: usize = 14;
+/// A usual kind of fault, which a seed turns on or off.
+#[derive(Clone, Copy)]
+enum Usual {
+    Kill(Part),
+    Stop(Part),
+    Overrun,
+    ClockStands,
+    LoseRequests,
+    DelayRequests,
+    SlowProofs,
+    SecondGuard,
+    Command,
+    LoseReplies,
+    LoseFrames,
+}
+
+impl Usual {
+    /// All kinds. Commands are as frequent as two others.
+    const ALL: [Self; 14] = [
+        Self::Kill(Part::Server),
+        Self::Kill(Part::Guard),
+        Self::Stop(Part::Server),
+        Self::Stop(Part::Guard),
+        Self::Overrun,
+        Self::ClockStands,
+        Self::LoseRequests,
+        Self::DelayRequests,
+        Self::SlowProofs,
+        Self::SecondGuard,
+        Self::Command,
+        Self::Command,
+        Self::LoseReplies,
+        Self::LoseFrames,
+    ];
+}
 
 /// Draws all faults of a scenario up to an instant, in the order of their instants.
 pub(crate) fn draw(seed: u64, until_ns: u64, seek_s: [f64; 2], has_timecode: bool) -> Vec<Fault> {
@@ -128,7 +161,7 @@ pub(crate) fn draw(seed: u64, until_ns: u64, seek_s: [f64; 2], has_timecode: boo
     faults.extend(draw_recorder(seed, until_ns));
     let mut dice = Dice::new(seed, 14);
     let mean_s = dice.scaled(5.0, 600.0);
-    faults.extend(instants(&mut dice, mean_s, until_ns, |_| FaultKind::FreshObserver));
+    faults.extend(instants(&mut dice, mean_s, until_ns, |_, _| FaultKind::FreshObserver));
     faults.sort_by_key(|fault| fault.at_ns);
     faults
 }
@@ -140,7 +173,7 @@ fn draw_flurries(seed: u64, until_ns: u64) -> Vec<Fault> {
         return Vec::new();
     }
     let mean_s = dice.scaled(2.0, 300.0);
-    instants(&mut dice, mean_s, until_ns, |dice| {
+    instants(&mut dice, mean_s, until_ns, |dice, _| {
         FaultKind::Flurry(dice.below(2), dice.next() >> 40, 2 + dice.below(16) as u64)
     })
 }
@@ -153,7 +186,7 @@ fn draw_recorder(seed: u64, until_ns: u64) -> Vec<Fault> {
         return Vec::new();
     }
     let (mean_s, longest_s) = (dice.scaled(1.0, 200.0), dice.scaled(0.1, 60.0));
-    instants(&mut dice, mean_s, until_ns, |dice| {
+    instants(&mut dice, mean_s, until_ns, |dice, _| {
         let duration_ns = (dice.scaled(0.01, longest_s.max(0.02)) * 1e9) as u64;
         match dice.one_of(&kinds) {
             0 => FaultKind::Kill(Part::Recorder),
@@ -175,7 +208,7 @@ pub(crate) fn draw_plan_commands(seed: u64, until_ns: u64, cues_s: &[f64]) -> Ve
     let kinds: Vec<usize> = (2..6).filter(|_| dice.chance(0.5)).collect();
     let kinds = [vec![0, 1], kinds].concat();
     let (mean_s, presses_twice) = (dice.scaled(2.0, 60.0), dice.chance(0.5));
-    let mut faults = instants(&mut dice, mean_s, until_ns, |dice| {
+    let mut faults = instants(&mut dice, mean_s, until_ns, |dice, _| {
         let operator = dice.one_of(&[Operator::Tool, Operator::Desk(0), Operator::Desk(1)]);
         let request = match dice.one_of(&kinds) {
             2 => Request::Pace { factor: dice.scaled(0.2, 4.0) },
@@ -194,8 +227,13 @@ pub(crate) fn draw_plan_commands(seed: u64, until_ns: u64, cues_s: &[f64]) -> Ve
     faults
 }
 
-/// Draws faults at random instants with a mean distance.
-fn instants(dice: &mut Dice, mean_s: f64, until_ns: u64, mut kind: impl FnMut(&mut Dice) -> FaultKind) -> Vec<Fault> {
+/// Draws faults at random instants with a mean distance. `kind` gets the instant.
+fn instants(
+    dice: &mut Dice,
+    mean_s: f64,
+    until_ns: u64,
+    mut kind: impl FnMut(&mut Dice, u64) -> FaultKind,
+) -> Vec<Fault> {
     let mut faults = Vec::new();
     let mut at_s = 0.0;
     loop {
@@ -204,7 +242,7 @@ fn instants(dice: &mut Dice, mean_s: f64, until_ns: u64, mut kind: impl FnMut(&m
         if at_ns >= until_ns {
             return faults;
         }
-        faults.push(Fault { at_ns, kind: kind(dice) });
+        faults.push(Fault { at_ns, kind: kind(dice, at_ns) });
     }
 }
 
@@ -212,45 +250,34 @@ fn instants(dice: &mut Dice, mean_s: f64, until_ns: u64, mut kind: impl FnMut(&m
 /// between faults: long quiet runs and storms both occur.
 fn draw_usual(seed: u64, until_ns: u64, seek_s: [f64; 2], has_timecode: bool) -> Vec<Fault> {
     let mut dice = Dice::new(seed, 2);
-    let kinds: Vec<usize> = (0..KINDS).filter(|_| dice.chance(0.5)).collect();
+    let kinds: Vec<Usual> = Usual::ALL.into_iter().filter(|_| dice.chance(0.5)).collect();
     // Without commands a show that was held once would stand for the rest.
-    let kinds = [kinds, vec![10, 11]].concat();
+    let kinds = [kinds, vec![Usual::Command; 2]].concat();
     let mean_s = dice.scaled(0.3, 120.0);
     let longest_s = dice.scaled(0.1, 60.0);
-    let mut faults = Vec::new();
-    let mut at_s = 0.0;
-    loop {
-        at_s -= mean_s * (1.0 - dice.unit()).ln();
-        let at_ns = (at_s * 1e9) as u64;
-        if at_ns >= until_ns {
-            return faults;
-        }
-        let number = dice.one_of(&kinds);
+    instants(&mut dice, mean_s, until_ns, |dice, at_ns| {
+        let usual = dice.one_of(&kinds);
         let mut durations = Dice::new(seed ^ at_ns, 5);
         let mut duration_ns = || (durations.scaled(0.001, longest_s.max(0.002)) * 1e9) as u64;
-        let kind = match number {
-            0 => FaultKind::Kill(Part::Server),
-            1 => FaultKind::Kill(Part::Guard),
-            2 => FaultKind::Stop(Part::Server, duration_ns()),
-            3 => FaultKind::Stop(Part::Guard, duration_ns()),
-            4 => FaultKind::Overrun(duration_ns()),
-            5 => FaultKind::ClockStands(duration_ns()),
-            6 => FaultKind::LoseRequests(duration_ns()),
-            7 => FaultKind::DelayRequests(duration_ns(), duration_ns().min(8 * SECOND_NS)),
-            8 => FaultKind::SlowProofs(duration_ns(), duration_ns().min(3 * SECOND_NS)),
-            9 => FaultKind::SecondGuard(duration_ns()),
-            10 | 11 => {
+        let kind = match usual {
+            Usual::Kill(part) => FaultKind::Kill(part),
+            Usual::Stop(part) => FaultKind::Stop(part, duration_ns()),
+            Usual::Overrun => FaultKind::Overrun(duration_ns()),
+            Usual::ClockStands => FaultKind::ClockStands(duration_ns()),
+            Usual::LoseRequests => FaultKind::LoseRequests(duration_ns()),
+            Usual::DelayRequests => FaultKind::DelayRequests(duration_ns(), duration_ns().min(8 * SECOND_NS)),
+            Usual::SlowProofs => FaultKind::SlowProofs(duration_ns(), duration_ns().min(3 * SECOND_NS)),
+            Usual::SecondGuard => FaultKind::SecondGuard(duration_ns()),
+            Usual::Command => {
                 let operator =
                     durations.one_of(&[Operator::Tool, Operator::Desk(0), Operator::Desk(0), Operator::Desk(1)]);
-                FaultKind::Command(operator, command(&mut dice, seek_s))
+                FaultKind::Command(operator, command(dice, seek_s))
             }
-            12 => FaultKind::LoseReplies(duration_ns()),
-            13 => FaultKind::LoseFrames(duration_ns()),
-            _ => unreachable!("the numbers of the kinds are below {KINDS}"),
+            Usual::LoseReplies => FaultKind::LoseReplies(duration_ns()),
+            Usual::LoseFrames => FaultKind::LoseFrames(duration_ns()),
         };
-        let kind = if has_timecode && dice.chance(0.2) { FaultKind::Timecode(timecode(&mut dice)) } else { kind };
-        faults.push(Fault { at_ns, kind });
-    }
+        if has_timecode && dice.chance(0.2) { FaultKind::Timecode(timecode(dice)) } else { kind }
+    })
 }
 
 /// Any command, those that go on more often than those that stop. Some have values out of range.

@@ -93,7 +93,7 @@ impl Inputs<'_> {
 }
 
 impl TickInputs for Inputs<'_> {
-    fn requests(&mut self, head: HeadState, decide: &mut dyn FnMut(Request) -> Result<(), Refusal>) {
+    fn requests(&mut self, head: HeadState, decide: &mut dyn FnMut(Request) -> Result<f64, Refusal>) {
         self.before = Some(head);
         let moment = self.moment(head);
         for _ in 0..MAX_ACTIVE_REQUESTS {
@@ -102,6 +102,11 @@ impl TickInputs for Inputs<'_> {
             let (reply, event) = answer_command(&request.to_wire(), self.run_id, self.tick, &mut *decide);
             self.log.record(event, moment);
             let outcome = reply.outcome().map(|_tick| ());
+            if let Some(following) =
+                self.following.as_deref_mut().filter(|_| request == Request::Resume && outcome.is_ok())
+            {
+                following.note_resume();
+            }
             self.decided.push(Decided { caller: Some(caller), request, outcome, reply: Some(reply) });
         }
     }

@@ -13,8 +13,8 @@
 //! any order of axes. A mirroring order therefore changes the heading's sign.
 //!
 //! *Orientation.* A desk's orientation is the rotation that turns the first horizontal axis into the board's direction, and leaves
-//! the board level across. On level ground it is a vector along the vertical axis. Its length is the angle in radians. With the axes' numbers as usual, a rotation by ω turns a
-//! small vector r by ω × r.
+//! the board level across. On level ground it is a vector along the vertical axis. Its length is the angle in radians.
+//! With the axes' numbers as usual, a rotation by ω turns a small vector r by ω × r.
 
 use std::f64::consts::{PI, TAU};
 use std::fmt;

@@ -12,7 +12,7 @@ use bench_dragon_ipc::{
 use serde::Serialize;
 
 use crate::cli::flags::BusArgs;
-use crate::cli::print::complain;
+use crate::cli::print::print_to_stderr;
 use crate::output::wait_for_reader;
 use crate::system::clock::monotonic_ns;
 use crate::system::stop::StopFlag;
@@ -36,7 +36,7 @@ pub(crate) fn open_when_there<Port>(
             Ok(port) => return Ok(Some(port)),
             Err(error) if error.is_absent() => {
                 if !is_reported {
-                    complain(&format!("waiting for a server on instance {instance}"));
+                    print_to_stderr(&format!("waiting for a server on instance {instance}"));
                     is_reported = true;
                 }
                 thread::sleep(SERVER_LOOK_PERIOD);

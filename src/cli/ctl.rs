@@ -3,13 +3,15 @@
 use std::ops::RangeInclusive;
 use std::process::ExitCode;
 
+use anyhow::anyhow;
 use bench_dragon_ipc::guard::GuardLock;
-use bench_dragon_ipc::{Domain, Refusal, Request, Sender};
+use bench_dragon_ipc::source::ShowLock;
+use bench_dragon_ipc::{BusError, Domain, Refusal, Request, Sender};
 use clap::{Args, Subcommand};
 use serde::Serialize;
 
 use crate::cli::flags::{BusArgs, Format, FormatArgs, finite, within};
-use crate::cli::print::{complain, print_json, print_line};
+use crate::cli::print::{print_json, print_line, print_to_stderr};
 use crate::cli::{cues, status};
 use crate::command_queue;
 use crate::system::stop::StopFlag;
@@ -102,7 +104,7 @@ This command sends nothing.")]
     #[command(after_help = "Example:
   bench-dragon ctl hold")]
     Hold,
-    /// Lift a hold.
+    /// Lift a hold, or start a show that is ready.
     #[command(after_help = "Example:
   bench-dragon ctl release
 
@@ -142,7 +144,8 @@ pub(crate) fn run(args: &CtlArgs) -> anyhow::Result<ExitCode> {
     }
     let stop = StopFlag::on_signals()?;
     let request = request(&args.command, &domain, &stop)?;
-    let reply = command_queue::call(&domain, "ctl", Sender::Ctl, request, &|| stop.is_set(), &|| false)?;
+    let reply = command_queue::call(&domain, "ctl", Sender::Ctl, request, &|| stop.is_set(), &|| false)
+        .map_err(|error| without_server(error, &domain))?;
     let outcome = reply.outcome();
     let reason = outcome.err().map(|refusal| match refusal {
         Refusal::NotProved if GuardLock::holder(&domain).is_none() => {
@@ -156,9 +159,19 @@ pub(crate) fn run(args: &CtlArgs) -> anyhow::Result<ExitCode> {
             print_json(&ReplyLine { accepted, run_id: reply.run_id, tick: reply.tick, reason })?;
         }
         (Format::Text, None) => print_line(format_args!("accepted, from tick {} on", reply.tick))?,
-        (Format::Text, Some(reason)) => complain(&format!("refused: {reason}")),
+        (Format::Text, Some(reason)) => print_to_stderr(&format!("refused: {reason}")),
     }
     Ok(if outcome.is_ok() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+/// The error of a command that no server takes. A running `show` starts its server again: nobody has to do it by hand.
+fn without_server(error: BusError, domain: &Domain) -> anyhow::Error {
+    match error {
+        BusError::NoServer { instance } if ShowLock::holder(domain).is_some() => {
+            anyhow!("no server runs on instance {instance:?}: `show` starts it again, wait for up to 30 s")
+        }
+        error => error.into(),
+    }
 }
 
 /// The request of a command. That of a seek to a cue needs the description of the show.

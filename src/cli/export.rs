@@ -12,8 +12,8 @@ use clap::{ArgGroup, Args, ValueHint};
 use serde::Serialize;
 
 use crate::cli::flags::{BadInput, FormatArgs, IntervalArgs, step};
-use crate::cli::parts::{complain_of_gaps, complain_of_part, find_parts};
-use crate::cli::print::{Progress, complain_of_flaws, print_report};
+use crate::cli::parts::{find_parts, warn_of_gaps, warn_of_part};
+use crate::cli::print::{Progress, print_report, warn_of_flaws};
 use crate::output::Counted;
 use crate::output::Stream;
 use crate::output::terminal_text::Printable;
@@ -33,7 +33,7 @@ use crate::system::whole_file::{self, WholeFile};
 
 The table has one frame per second of show time, or per --every. A .csv file has all digits of each number. A workbook has \
 sheets of frames, of positions and speeds with one column per frame, of alerts, of commands and of the configuration; if it \
-would be too large, the command fails before it writes. Each recorded run, and each stretch after a seek, begins with a frame. \
+would be too large, the command fails before it writes. Each recorded run, and each part after a seek, begins with a frame. \
 The column run_id separates the runs. wall_time is UTC: of a frame, when it was sent; of an alert, when the recorder received \
 it. A folder stands for all its recordings, whose parts are joined; gaps between them are named.")]
 #[command(group(ArgGroup::new("subject").args(["handles", "benches", "frames", "alerts", "commands"])))]
@@ -138,7 +138,7 @@ pub(crate) fn run(args: &ExportArgs) -> anyhow::Result<ExitCode> {
     let mut selection = Selection::open(settings);
     require_another_file(&parts, &args.out)?;
     require_no_file(&args.out, args.force)?;
-    complain_of_part(&parts);
+    warn_of_part(&parts);
     let mut reading = Reading::of(&parts);
     let (counts, findings) = match &args.out {
         TableFile::Stdout => {
@@ -167,10 +167,10 @@ pub(crate) fn run(args: &ExportArgs) -> anyhow::Result<ExitCode> {
         }
     };
     for file in &findings.flawed {
-        complain_of_flaws(&file.file, file.flaws, "exported");
+        warn_of_flaws(&file.file, file.flaws, "exported");
     }
     if parts.are_joined() {
-        complain_of_gaps(&findings.coverage);
+        warn_of_gaps(&findings.coverage);
     }
     let (TableFile::Csv(file) | TableFile::Xlsx(file)) = &args.out else { return Ok(ExitCode::SUCCESS) };
     let text = format!("{} written to {}", written_text(args.subject(), counts), Printable(file));

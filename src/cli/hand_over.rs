@@ -12,7 +12,7 @@ use serde::Serialize;
 use super::flags::{BadInput, ConfigArgs, FormatArgs, finite, nanoseconds};
 use super::load_config;
 use super::print::print_report;
-use super::solve::{WorkArgs, keep_drawing, title};
+use super::solve::{WorkArgs, keep_drawing, title, work_default};
 use crate::config::Config;
 use crate::hand_over::{FILES, HandOver, Settings};
 use crate::output::figure::Paper;
@@ -21,6 +21,7 @@ use crate::system::whole_file;
 
 /// Write a plan as files for others: the show in a browser, plans on paper, the floor for CAD, a sheet for each bench, all poses.
 #[derive(Clone, Debug, Args)]
+#[command(mut_arg("work", |arg| work_default(arg, "1000")))]
 #[command(after_help = "Examples:
   bench-dragon hand-over examples/night.toml --out for-the-crew
   bench-dragon hand-over examples/square.toml --out square --at 30,60 --paper a2
@@ -41,7 +42,7 @@ pub(crate) struct HandOverArgs {
     /// Seconds between two poses of the tables, 0.001 to 1000.
     #[arg(long, value_name = "SECONDS", default_value = "1", allow_negative_numbers = true, value_parser = step_s)]
     pub(crate) step: f64,
-    /// Name of the show, 1 to 80 letters [default: the configuration's file].
+    /// Name of the show, 1 to 80 ASCII letters, digits and signs [default: the configuration's file].
     #[arg(long, value_name = "TEXT", value_parser = title)]
     pub(crate) title: Option<String>,
     /// Size of the plans: a0 to a4, letter, tabloid.

@@ -20,7 +20,7 @@ use clap::error::ErrorKind;
 
 use crate::config::{Config, ConfigDocument, Document, PlanDocument};
 use crate::output::terminal_text::{Painted, is_coloured, printable};
-use crate::output::{self, complain, log, wait_for_reader};
+use crate::output::{self, log, print_to_stderr, wait_for_reader};
 use crate::system::limits;
 
 mod bridge;
@@ -73,7 +73,8 @@ pub use show::{
   bench-dragon plan street.toml               the plan in a browser, to drag
   bench-dragon hand-over street.toml --out crew   the plan as files, for others
 
-Exit status: 0 done, 1 failed, 2 bad arguments or configuration, 3 contact with --fail-on-contact, 4 disk full while recording.
+Exit status: 0 done, 1 failed, 2 bad arguments or configuration, 3 contact with --fail-on-contact, 4 disk full while recording, \
+130 ended at once by a second Ctrl-C, or an answer of `solve` that Ctrl-C has cancelled.
 RUST_LOG=debug logs more detail. NO_COLOR=1 turns colours off.")]
 pub(crate) struct Cli {
     /// The subcommand to run.
@@ -120,7 +121,7 @@ pub fn main() -> ExitCode {
     let status = match printed {
         // A failed subcommand has already reported its reason.
         Err(error) if status == ExitCode::SUCCESS => {
-            complain_of(&error.into());
+            print_error(&error.into());
             ExitCode::FAILURE
         }
         _ => status,
@@ -131,7 +132,7 @@ pub fn main() -> ExitCode {
 
 fn run() -> ExitCode {
     if let Err(error) = limits::require_stack() {
-        complain(&format!("error: {error}"));
+        print_to_stderr(&format!("error: {error}"));
         return ExitCode::FAILURE;
     }
     let cli = match Cli::try_parse() {
@@ -144,7 +145,7 @@ fn run() -> ExitCode {
         Ok(status) => status,
         Err(error) if exit_status::is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
-            complain_of(&error);
+            print_error(&error);
             exit_status::of_error(&error)
         }
     }
@@ -221,10 +222,10 @@ where
     }
 }
 
-fn complain_of(error: &anyhow::Error) {
+fn print_error(error: &anyhow::Error) {
     let remedy = remedy(error).map_or_else(String::new, |remedy| format!(": {remedy}"));
     let label = Painted::on(&io::stderr(), *Styles::styled().get_error(), "error:");
-    complain(&format!("{label} {}{remedy}", printable(&format!("{error:#}"))));
+    print_to_stderr(&format!("{label} {}{remedy}", printable(&format!("{error:#}"))));
 }
 
 /// Prints help and version as clap does. Prints an error in one line.
@@ -243,9 +244,9 @@ fn report_usage(error: &clap::Error) -> ExitCode {
     let plain = plain.lines().map(printable).collect::<Vec<_>>().join("\n");
     let shown = if is_coloured(&io::stderr()) && !is_plain { rendered.ansi().to_string() } else { plain.clone() };
     if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
-        complain(&shown);
+        print_to_stderr(&shown);
     } else {
-        complain(&without_usage(&plain, &shown));
+        print_to_stderr(&without_usage(&plain, &shown));
     }
     ExitCode::from(exit_status::BAD_INPUT)
 }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use crate::cli::flags::BadInput;
-use crate::cli::print::complain;
+use crate::cli::print::print_to_stderr;
 use crate::output::Counted;
 use crate::output::terminal_text::Printable;
 use crate::recording::{Coverage, PartOf, Parts};
@@ -15,7 +15,7 @@ const MOST_LISTED: usize = 20;
 pub(crate) fn find_parts(files: &[PathBuf]) -> anyhow::Result<Parts> {
     let parts = Parts::find_all(files).map_err(|error| BadInput(format!("{:#}", anyhow::Error::from(error))))?;
     for (_, reason) in &parts.unreadable {
-        complain(&format!("{reason}: left out"));
+        print_to_stderr(&format!("{reason}: left out"));
     }
     Ok(parts)
 }
@@ -32,9 +32,9 @@ pub(crate) fn part_text(PartOf { file, number, count, folder }: &PartOf) -> Stri
 }
 
 /// Complains if a single named file is one of several parts.
-pub(crate) fn complain_of_part(parts: &Parts) {
+pub(crate) fn warn_of_part(parts: &Parts) {
     if let Some(part) = part_of(parts) {
-        complain(&format!("{}: name the folder for all parts", part_text(&part)));
+        print_to_stderr(&format!("{}: name the folder for all parts", part_text(&part)));
     }
 }
 
@@ -57,8 +57,8 @@ pub(crate) fn gap_lines(coverage: &Coverage) -> Vec<String> {
 }
 
 /// Complains of the gaps of a recording.
-pub(crate) fn complain_of_gaps(coverage: &Coverage) {
+pub(crate) fn warn_of_gaps(coverage: &Coverage) {
     for line in gap_lines(coverage) {
-        complain(&line);
+        print_to_stderr(&line);
     }
 }

@@ -9,7 +9,7 @@ use clap::{Args, ValueHint};
 
 use super::flags::{BadInput, ConfigArgs, FormatArgs, listen_address};
 use super::load_config;
-use super::print::complain;
+use super::print::print_to_stderr;
 use super::web::{SiteArgs, announce, listen, token, url};
 use crate::display::planner::Planner;
 use crate::system::stop::StopFlag;
@@ -53,7 +53,7 @@ pub(super) fn run(args: &PlanArgs) -> anyhow::Result<ExitCode> {
         .map_err(|error| BadInput(format!("the configuration cannot be opened: {error}")))?;
     announce(args.format.format, "", url(address, &format!("#token={secret}")), address)?;
     if !address.ip().is_loopback() {
-        complain("anyone with this address and token can see and change the plan; nothing is encrypted");
+        print_to_stderr("anyone with this address and token can see and change the plan; nothing is encrypted");
     }
     site.serve(planner.router(), &stop, planner.closing()).context("the page cannot be served")?;
     Ok(ExitCode::SUCCESS)

@@ -15,7 +15,7 @@ use crate::output::terminal_text::Printable;
 use crate::output::{bar, json, print, set_live_line};
 use crate::recording::Flaws;
 
-pub(crate) use crate::output::complain;
+pub(crate) use crate::output::print_to_stderr;
 
 pub(crate) fn print_line(line: impl Display) -> io::Result<()> {
     print(format!("{line}\n").into_bytes())
@@ -39,7 +39,7 @@ pub(crate) fn print_notice(format: Format, value: &impl Serialize, text: &str) -
     match format {
         Format::Json => print_json(value),
         Format::Text => {
-            complain(text);
+            print_to_stderr(text);
             Ok(())
         }
     }
@@ -51,13 +51,13 @@ pub(crate) fn print_bytes(lines: impl Into<Vec<u8>>) -> anyhow::Result<()> {
 }
 
 /// Reports the parts of a recording that could not be read. `done` is the verb for the other parts, such as "exported".
-pub(crate) fn complain_of_flaws(recording: &Path, Flaws { cut, skipped_bytes }: Flaws, done: &str) {
+pub(crate) fn warn_of_flaws(recording: &Path, Flaws { cut, skipped_bytes }: Flaws, done: &str) {
     let file = Printable(recording);
     if cut {
-        complain(&format!("{file} stops in the middle: its complete part was {done}"));
+        print_to_stderr(&format!("{file} stops in the middle: its complete part was {done}"));
     }
     if skipped_bytes > 0 {
-        complain(&format!("{skipped_bytes} bytes of {file} are damaged and were skipped"));
+        print_to_stderr(&format!("{skipped_bytes} bytes of {file} are damaged and were skipped"));
     }
 }
 
@@ -122,7 +122,7 @@ impl Progress {
             state.due = now + DRAW_PERIOD;
             let fraction = state.done / self.total;
             if IS_PRINTED.load(Ordering::Relaxed) {
-                complain(&format!("progress {fraction:.3}"));
+                print_to_stderr(&format!("progress {fraction:.3}"));
             }
             set_live_line(Some(format!("{} {:>3.0} %  {}", bar(fraction), fraction * 100.0, self.what)));
         }

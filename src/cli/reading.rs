@@ -15,7 +15,7 @@ use rustix::time::{ClockId, clock_gettime};
 
 use super::exit_status::BAD_INPUT;
 use crate::output::terminal_text::Printable;
-use crate::output::{complain, finish_stderr};
+use crate::output::{finish_stderr, print_to_stderr};
 
 /// Most processor time of reading.
 const MAX_TIME: Duration = Duration::from_secs(10);
@@ -50,7 +50,9 @@ fn watch_over(file: &Path, is_done: &Receiver<()>) {
             continue;
         };
         let file = Printable(file);
-        complain(&format!("error: {file}: reading it and its drawing or map takes {reason}, the most that is allowed"));
+        print_to_stderr(&format!(
+            "error: {file}: reading it and its drawing or map takes {reason}, the most that is allowed"
+        ));
         finish_stderr();
         process::exit(BAD_INPUT.into());
     }

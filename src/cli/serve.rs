@@ -11,7 +11,7 @@ use clap::{Args, Parser as _};
 use serde::{Deserialize, Serialize};
 
 use crate::cli::flags::{BadInput, BusArgs, ConfigArgs, Format, FormatArgs, ReaderArgs, finite, within};
-use crate::cli::print::{behind, complain, percentiles, print_notice, print_report};
+use crate::cli::print::{behind, percentiles, print_notice, print_report, print_to_stderr};
 use crate::cli::timecode::{AwaitedTimecode, FollowedTimecode, TimecodeArgs};
 use crate::cli::{Cli, Subcommand, in_file, load_config};
 use crate::config::{CATCH_UP_S, CPU, Config, Document, Priority, RATE_HZ, SPIN_US, TIME_SCALE};
@@ -93,10 +93,10 @@ pub(crate) struct PaceArgs {
     /// [default: configured, else 0.25].
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = within(CATCH_UP_S))]
     pub(crate) catch_up: Option<f64>,
-    /// Show time to start at, in seconds [default: the run's start].
+    /// Show time to start at, in seconds [default: the start of the plan].
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = finite)]
     pub(crate) start_at: Option<f64>,
-    /// Show time to end at, in seconds [default: the run's end].
+    /// Show time to end at, in seconds [default: the end of the plan].
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = finite)]
     pub(crate) until: Option<f64>,
     #[command(flatten)]
@@ -287,7 +287,7 @@ fn announce(args: &ServeArgs, server: &Server) -> anyhow::Result<()> {
     let text = format!("serving instance {instance}, run {run_id}; Ctrl-C ends it");
     print_notice(format, &ServeLine::Started { run_id }, &text)?;
     if format == Format::Text && server.is_guarded() {
-        complain(
+        print_to_stderr(
             "guarded: the head walks only on travel that `bench-dragon monitor --guard` has proved free of contact",
         );
     }

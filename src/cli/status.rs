@@ -47,6 +47,7 @@ pub(super) fn run(domain: &Domain, format: Format) -> anyhow::Result<ExitCode> {
         });
     }
     newest.members = Arc::new(members.still_there(domain));
+    newest.is_supervised |= ShowLock::holder(domain).is_some();
     newest.has_lost_show |= !newest.members.has_source && ShowLock::is_abandoned(domain);
     let report = StatusReport::new(&newest, &Zoned::now());
     match format {

@@ -35,7 +35,8 @@ pub(crate) struct TimecodeArgs {
     /// Silence in seconds after which the timecode is lost and the show goes on without it, 0.1 to 3600 [default: 1].
     #[arg(long = "timecode-timeout", value_name = "SECONDS", requires = "source", allow_negative_numbers = true, value_parser = within(0.1..=3600.0))]
     pub(crate) timeout_s: Option<f64>,
-    /// Frames per second of OSC messages and of sound, if these do not contain it: 24, 25, 29.97 (drop-frame), 29.97ndf or 30 [default: 25].
+    /// Frames per second of OSC messages and of sound, if these do not contain it: 24, 25, 29.97 (drop-frame), 29.97ndf
+    /// or 30 [default: 25].
     #[arg(long = "timecode-fps", value_name = "FPS", requires = "source")]
     pub(crate) frame_rate: Option<FrameRate>,
 }

@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use tokio::sync::watch;
 
 use crate::cli::flags::{BadInput, BusArgs, Format, FormatArgs, listen_address};
-use crate::cli::print::{complain, print_report};
+use crate::cli::print::{print_report, print_to_stderr};
 use crate::display::metrics;
 use crate::display::observe::{Observer, Snapshot};
 use crate::display::view::{ShowOutcome, Token, TokenError, View};
@@ -142,7 +142,9 @@ fn announce_page(args: &ViewArgs, token: &Token, address: SocketAddr) -> anyhow:
         if args.read_only && address.ip().is_loopback() { String::new() } else { format!("#token={}", token.secret()) };
     announce(args.format.format, "", url(address, &fragment), address)?;
     if !address.ip().is_loopback() {
-        complain("anyone with this address and token can watch, and steer unless --read-only; nothing is encrypted");
+        print_to_stderr(
+            "anyone with this address and token can watch, and steer unless --read-only; nothing is encrypted",
+        );
     }
     Ok(())
 }

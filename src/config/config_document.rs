@@ -275,6 +275,14 @@ impl ConfigDocument {
         }
         let segments = self.route.shape.segments();
         let (what, remedy) = match &self.drawing {
+            // A corner is an arc and a line of its own, whatever the tolerance.
+            Some(drawing) if 4 * drawing.corners > segments => {
+                let corners = drawing.corners;
+                (
+                    "drawing needs",
+                    format!("{corners} rounded corners need most of them: draw a path with fewer corners"),
+                )
+            }
             Some(drawing) => ("drawing needs", format!("set tolerance_m, {}, to more", drawing.tolerance_m)),
             None => ("route has", "use fewer".to_owned()),
         };

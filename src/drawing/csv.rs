@@ -32,23 +32,10 @@ enum Separator {
 
 /// The polyline of the file's points. It is closed if its last point is its first.
 ///
-/// The columns are those named `x_m` and `y_m`, or `lon` and `lat`; without names, the first two. Numbers are divided by commas, semicolons, tabs or spaces.
-/// Lines that begin with `#` are comments.
+/// The columns are those named `x_m` and `y_m`, or `lon` and `lat`; without names, the first two of rows that have as many
+/// columns each. Numbers are divided by commas, semicolons, tabs or spaces. Lines that begin with `#` are comments.
 pub(super) fn path(bytes: &[u8], choice: &PathChoice<'_>) -> Result<Drawing, DrawingFileError> {
-    for (key, value) in [("id", choice.id), ("label", choice.label), ("layer", choice.layer)] {
-        if let Some(value) = value {
-            let value = quoted(value);
-            return Err(DrawingFileError(format!("{key} is {value}, but a CSV file has one path without a name")));
-        }
-    }
-    if let Some(number) = choice.number.filter(|&number| number != 1) {
-        return Err(DrawingFileError(format!("number is {number}, but a CSV file has one path")));
-    }
-    if choice.scale.is_some() {
-        return Err(DrawingFileError(
-            "a scale is of a page, which a CSV file does not have: set metres_per_unit".to_owned(),
-        ));
-    }
+    require_one_path(choice)?;
     let text = utf8(bytes)?.trim_start_matches('\u{feff}');
     // A line ends with a line feed, a carriage return or both, also in one file.
     let text = text.replace("\r\n", "\n");
@@ -57,26 +44,33 @@ pub(super) fn path(bytes: &[u8], choice: &PathChoice<'_>) -> Result<Drawing, Dra
     let mut rows = lines().filter(|(_, line)| has_cells(line)).peekable();
     let first = rows.peek().map_or("", |(_, line)| *line);
     let separator = Separator::of(first);
-    let has_decimal_commas = separator == Separator::Char(';') && !rows.clone().any(|(_, line)| line.contains('.'));
+    let first = separator.cells(first);
+    let mut columns = Columns::Plane([0, 1]);
+    // Empty cells at the end of a row are not counted.
+    let most = first.len();
+    let mut least = used(&first);
+    if are_names(&first) {
+        columns = named_columns(&first)?;
+        least = 0;
+        rows.next();
+    }
+    let (Columns::Plane(at) | Columns::Globe(at)) = columns;
+    let has_point = |row: &str| {
+        let cells = separator.cells(row);
+        at.iter().filter_map(|&column| cells.get(column)).any(|cell| cell.contains('.'))
+    };
+    let has_decimal_commas = separator == Separator::Char(';') && !rows.clone().any(|(_, row)| has_point(row));
     let number = |cell: &str| {
         let number = cell.parse::<f64>();
         number.ok().or_else(|| cell.replace(',', ".").parse().ok().filter(|_| has_decimal_commas))
     };
-    let mut columns = Columns::Plane([0, 1]);
-    let mut named = usize::MAX;
-    if are_names(&separator.cells(first)) {
-        let names = separator.cells(first);
-        (columns, named) = (named_columns(&names)?, names.len());
-        rows.next();
-    }
-    let (Columns::Plane(at) | Columns::Globe(at)) = columns;
     let mut points = vec![];
     for (line, row) in rows {
         let cells = separator.cells(row);
-        if cells.iter().skip(named).any(|cell| !cell.is_empty()) {
+        if used(&cells) > most || cells.len() < least {
             let (found, row) = (cells.len(), quoted(row.trim()));
             return Err(DrawingFileError(format!(
-                "line {line} is {row}, with {found} columns, must have {named} as the first row; decimals need a point"
+                "line {line} is {row}, with {found} columns, must have {most} as the first row; decimals need a point"
             )));
         }
         let [x, y] = at.map(|column| cells.get(column).and_then(|cell| number(cell)));
@@ -99,6 +93,30 @@ pub(super) fn path(bytes: &[u8], choice: &PathChoice<'_>) -> Result<Drawing, Dra
     }
     let is_closed = points.len() > 2 && points[0] == points[points.len() - 1];
     Ok(Drawing { is_closed, ..Drawing::polyline(&points, false) })
+}
+
+/// Fails for a choice among paths, of which a file has one, and for a scale of a page.
+fn require_one_path(choice: &PathChoice<'_>) -> Result<(), DrawingFileError> {
+    for (key, value) in [("id", choice.id), ("label", choice.label), ("layer", choice.layer)] {
+        if let Some(value) = value {
+            let value = quoted(value);
+            return Err(DrawingFileError(format!("{key} is {value}, but a CSV file has one path without a name")));
+        }
+    }
+    if let Some(number) = choice.number.filter(|&number| number != 1) {
+        return Err(DrawingFileError(format!("number is {number}, but a CSV file has one path")));
+    }
+    if choice.scale.is_some() {
+        return Err(DrawingFileError(
+            "a scale is of a page, which a CSV file does not have: set metres_per_unit".to_owned(),
+        ));
+    }
+    Ok(())
+}
+
+/// The number of a row's cells without the empty ones at its end.
+fn used(cells: &[&str]) -> usize {
+    cells.iter().rposition(|cell| !cell.is_empty()).map_or(0, |last| last + 1)
 }
 
 /// Fails for a character that may end a line elsewhere, and for other control characters.
@@ -222,6 +240,10 @@ mod tests {
             "# a comment\n\n 0.5; 0\n;\n10;-2\n",
             "\"0.5\",\"0\"\n\"10\",\"-2\"\n",
             "0,5;0\n10;-2,0\n",
+            "x_m;y_m;name\n0,5;0;a.b\n10;-2,0;c\n",
+            "0,5;0;1.5\n10;-2,0;1.5\n",
+            "0.5,0,\n10,-2\n",
+            "0.5,0\n10,-2,,\n",
             "x_m;y_m\n0,5;0,0\n10,0;-2,0\n",
             "0.5  0\n10  -2\n",
             "  0.5\t \t0\n 10\t-2\n",
@@ -259,6 +281,18 @@ mod tests {
             ("Länge (m),y\n1,2\n3,4", "has the columns \"länge\", \"y\", must have x_m and y_m, or lon and lat"),
             ("id,lat,x\n1,2,3\n3,4,5", "has the columns \"id\", \"lat\", \"x\", must have x_m and y_m, or lon and lat"),
             ("lat,lon\n1,2\n3,x", "line 3 is \"3,x\", must be two numbers, lon and lat"),
+            (
+                "0,0\n100,0\n150,50,5\n",
+                "line 3 is \"150,50,5\", with 3 columns, must have 2 as the first row; decimals need a point",
+            ),
+            (
+                "0,5,0,5\n10,3\n",
+                "line 2 is \"10,3\", with 2 columns, must have 4 as the first row; decimals need a point",
+            ),
+            (
+                "0 0\n10 0 5\n",
+                "line 2 is \"10 0 5\", with 3 columns, must have 2 as the first row; decimals need a point",
+            ),
             ("x_m,y_m\n1,2\n", "has 1 point, must have at least 2"),
         ] {
             let error = path(text.as_bytes(), &PathChoice::default()).expect_err(text).to_string();

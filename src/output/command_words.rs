@@ -132,9 +132,8 @@ pub struct CommandLine {
     pub run_id: u64,
     /// Number of the event in its run, from 0.
     pub number: u64,
-    /// Values of the event. `speed`: metres per show second. `seek`: show time in seconds. `grant`: two travels in metres. `cue`: its number, from 0, and plan
-    /// time. A
-    /// value that is not finite is null.
+    /// Values of the event. `speed`: metres per show second. `seek`: show time in seconds. `grant`: two travels in
+    /// metres. `cue`: its number, from 0, and plan time. A value that is not finite is null.
     pub values: Vec<Option<f64>>,
 }
 

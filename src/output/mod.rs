@@ -42,8 +42,8 @@ use std::fmt;
 pub use dragon_colours::{Rgb, colours_of, dragon_colours};
 pub(crate) use live_line::bar;
 pub(crate) use printing::{
-    Screen, complain, finish_stderr, finish_stdout, hold_terminal, print, release_terminal, set_live_line, start,
-    wait_for_reader,
+    Screen, finish_stderr, finish_stdout, hold_terminal, print, print_to_stderr, release_terminal, set_live_line,
+    start, wait_for_reader,
 };
 pub(crate) use queue::Stream;
 pub use visible_box::visible_box;

@@ -68,7 +68,7 @@ pub(crate) fn print(lines: Vec<u8>) -> io::Result<()> {
 }
 
 /// Prints one line to stderr. Ignores a failed stderr.
-pub(crate) fn complain(line: &str) {
+pub(crate) fn print_to_stderr(line: &str) {
     output().stderr.push(Stream::Stderr, format!("{line}\n").into_bytes());
 }
 
@@ -164,8 +164,8 @@ fn report_panic(panic: &PanicHookInfo<'_>) {
     let message = format!("thread '{}' {panic}", thread.name().unwrap_or("unnamed"));
     let backtrace = Backtrace::capture();
     match backtrace.status() {
-        BacktraceStatus::Captured => complain(&format!("{message}\n{backtrace}")),
-        _ => complain(&message),
+        BacktraceStatus::Captured => print_to_stderr(&format!("{message}\n{backtrace}")),
+        _ => print_to_stderr(&message),
     }
     finish_stderr();
 }

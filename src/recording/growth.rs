@@ -17,7 +17,8 @@ const COMPRESSED: f64 = 0.6;
 const VIEWED_BYTES: usize = 40;
 /// Greatest number of these times per second.
 const VIEWED_HZ: u32 = 30;
-/// Recorded bytes of a board, each time: as a cube and as a marker, whose poses the file has already. And the greatest number of these times.
+/// Recorded bytes of a board, each time: as a cube and as a marker, whose poses the file has already. And the greatest
+/// number of these times.
 const BOARD_BYTES: usize = 18;
 const BOARDS_HZ: u32 = 10;
 

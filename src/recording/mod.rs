@@ -1,8 +1,9 @@
 //! Recording: every frame, without loss, into MCAP files that any ROS 2 viewer or reader opens.
 //!
 //! **Contents.** `/dragon/frames` has every frame, bit for bit. `/dragon/poses` has one pose per bench at 30 Hz, and `/tf` the
-//! same poses as frames of reference. `/dragon/boards` and `/dragon/markers` have the boards at 10 Hz. `/dragon/alerts` has the alerts, and `/dragon/commands` the record of commands. A metadata
-//! record in each file has the configuration. Messages are ROS 2 CDR; their definitions are in the file.
+//! same poses as frames of reference. `/dragon/boards` and `/dragon/markers` have the boards at 10 Hz. `/dragon/alerts`
+//! has the alerts, and `/dragon/commands` the record of commands. A metadata record in each file has the configuration.
+//! Messages are ROS 2 CDR; their definitions are in the file.
 //!
 //! **Times.** The log time of a frame, of its poses and of its transforms is the Unix time at which the frame was sent, and the
 //! publish time the Unix time at which it was due. The sequence is the low 32 bits of the frame's tick. The log time of an alert

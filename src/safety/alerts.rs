@@ -112,8 +112,8 @@ fn keep(alerts: &mut Vec<Alert>, most: usize, last: Option<Alert>, first: Option
     });
 }
 
-/// Priority of alerts: contacts, then partings, then boards beyond or near borders of the stage, then the others; each by clearance, then by
-/// benches.
+/// Priority of alerts: contacts, then partings, then boards beyond or near borders of the stage, then the others; each
+/// by clearance, then by benches.
 fn order(one: &Alert, other: &Alert) -> Ordering {
     let rank = |alert: &Alert| match alert.alert_kind() {
         Some(AlertKind::Contact) => 0,

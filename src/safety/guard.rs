@@ -226,8 +226,9 @@ impl<'a> Guard<'a> {
     /// Begins a proof at a new target of a seek. A target that is asked for again, after its grant, is granted again: an older grant, which
     /// came late, has replaced that one.
     ///
-    /// A target within the travel at the last known place of the head means that the source lacks that travel: the head was elsewhere since, and
-    /// another grant has replaced it. It is granted again as a whole, and nothing is begun beside it.
+    /// A target within the travel at the last known place of the head means that the source lacks that travel: the head
+    /// was elsewhere since, and another grant has replaced it. It is granted again as a whole, and nothing is begun
+    /// beside it.
     fn prepare(&mut self, asked: Option<Asked>) {
         if let (Some(asked), Some(present)) = (asked, &mut self.present)
             && present.proven.contains(asked.travel_m)
@@ -254,8 +255,8 @@ impl<'a> Guard<'a> {
 }
 
 impl Granting<'_> {
-    /// Notes that the source asks for a part of this travel. If it does so after the tick in which it took the last grant, it has that grant no
-    /// more. The status of that tick itself may be older than the grant.
+    /// Notes that the source asks for a part of this travel. If it does so after the tick in which it took the last
+    /// grant, it has that grant no more. The status of that tick itself may be older than the grant.
     fn note_asked(&mut self, asked: Asked) {
         self.granted = self.granted.filter(|granted| asked.tick <= granted.tick);
     }

@@ -82,9 +82,9 @@ impl SourceMotion {
         if ticks > 1 || has_missed || !runs {
             return travel_step_m <= show_step_s * Request::MAX_SPEED_MPS + TRAVEL_TOLERANCE_M;
         }
-        // Two successive frames of a running show are one whole step apart, at its own pace one that is no longer. The head walks at the speed in the second frame, or
-        // on a ramp to it. On a ramp, the mean speed differs from the mean of both speeds by at most a quarter of the greatest
-        // speed change.
+        // Successive frames of a running show are one step apart. At another pace than configured, the step is at most that long.
+        // The head walks at the speed in the second frame, or on a ramp to it. On a ramp, the mean speed differs from the mean of
+        // both speeds by at most a quarter of the greatest speed change.
         let mean_mps = 0.5 * (last.course_mps + next.course_mps);
         let off_m = accel_mps2.map_or(0.0, |accel_mps2| 0.25 * accel_mps2 * show_step_s * show_step_s);
         let at_once_m = next.course_mps * show_step_s;

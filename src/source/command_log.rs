@@ -65,18 +65,24 @@ pub struct Moment {
     pub overruns: u64,
 }
 
-/// Answers a command in a run: its reply, and its event for the record.
+/// Answers a command in a run: its reply, and its event for the record. `decide` returns the speed along the course that the head walks
+/// at from now on, if nothing stops it.
 pub fn answer_command(
     command: &Command,
     run_id: u64,
     tick: u64,
-    decide: impl FnMut(Request) -> Result<(), Refusal>,
+    decide: impl FnMut(Request) -> Result<f64, Refusal>,
 ) -> (CommandReply, CommandEvent) {
-    let reply = match Request::from_wire(command).ok_or(Refusal::Unknown).and_then(decide) {
-        Ok(()) => CommandReply::accepted(run_id, tick),
-        Err(refusal) => CommandReply::refused(run_id, tick, refusal),
-    };
-    (reply, CommandEvent::answered(command, &reply))
+    match Request::from_wire(command).ok_or(Refusal::Unknown).and_then(decide) {
+        Ok(course_mps) => {
+            let reply = CommandReply::accepted(run_id, tick);
+            (reply, CommandEvent::answered(command, &reply).ordering(course_mps))
+        }
+        Err(refusal) => {
+            let reply = CommandReply::refused(run_id, tick, refusal);
+            (reply, CommandEvent::answered(command, &reply))
+        }
+    }
 }
 
 /// Command whose client waits for a reply.

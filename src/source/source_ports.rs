@@ -181,20 +181,24 @@ impl SourcePorts {
         &mut self,
         tick: u64,
         moment: Moment,
-        decide: impl FnMut(Request) -> Result<(), Refusal>,
+        decide: impl FnMut(Request) -> Result<f64, Refusal>,
     ) {
         self.answer_commands(tick, decide, |log, event| log.record(event, moment));
     }
 
     /// As [`SourcePorts::take_commands`], but without a record.
-    pub(crate) fn take_unrecorded_commands(&mut self, tick: u64, decide: impl FnMut(Request) -> Result<(), Refusal>) {
-        self.answer_commands(tick, decide, |_, _| ());
+    pub(crate) fn take_unrecorded_commands(
+        &mut self,
+        tick: u64,
+        mut decide: impl FnMut(Request) -> Result<(), Refusal>,
+    ) {
+        self.answer_commands(tick, |request| decide(request).map(|()| 0.0), |_, _| ());
     }
 
     fn answer_commands(
         &mut self,
         tick: u64,
-        mut decide: impl FnMut(Request) -> Result<(), Refusal>,
+        mut decide: impl FnMut(Request) -> Result<f64, Refusal>,
         record: impl Fn(&mut CommandLog, CommandEvent),
     ) {
         for _ in 0..MAX_ACTIVE_REQUESTS {

@@ -229,3 +229,25 @@ fn before_its_run_a_show_stands_also_without_the_timecode_and_starts_at_the_firs
     assert!(steer(&mut lost, 2999, 22.0).stands && !lost.leads());
     assert!(!steer(&mut lost, 3000, 22.0).stands);
 }
+
+#[test]
+fn a_resume_lets_a_show_walk_on_by_itself_until_timecode_leads() {
+    // Before the first timecode, and after one that was lost before the show had reached it.
+    let fresh = Follower::new(SETTINGS);
+    let lost = heard(SETTINGS);
+    for (mut follower, now_ms) in [(fresh, 1000), (lost, 2500)] {
+        assert!(steer(&mut follower, now_ms, 5.0).stands);
+        follower.go_alone();
+        assert!(!steer(&mut follower, now_ms + 1, 5.0).stands);
+        follower.hear(sample(30.0, now_ms + 40));
+        follower.hear(sample(30.04, now_ms + 80));
+        assert_eq!(steer(&mut follower, now_ms + 80, 5.1).seek_s, Some(30.04));
+        follower.note_seek(true);
+        assert!(!steer(&mut follower, now_ms + 81, 30.04).stands);
+        // A timecode that leads is the master: it stands, and is lost, so the show stands.
+        follower.go_alone();
+        follower.hear(sample(30.04, now_ms + 300));
+        assert!(steer(&mut follower, now_ms + 301, 30.04).stands);
+        assert!(steer(&mut follower, now_ms + 2000, 30.04).stands);
+    }
+}

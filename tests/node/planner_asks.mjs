@@ -1,4 +1,4 @@
-// The planner's page asks the questions of `solve`: an answer is put into the plan and taken out again, a mend takes a problem away, a
+// The planner's page asks the questions of `solve`: an answer is put into the plan and taken out again, a fix takes a problem away, a
 // cancelled question ends its process, and a drag stays quick beside a question.
 //
 //     node planner_asks.mjs URL PICTURES-FOLDER PROCESS-OF-THE-PLANNER
@@ -43,19 +43,19 @@ await withBrowser(async (browser) => {
   await settled(page);
   const opened = await text(page);
 
-  // A mend, and back.
-  const mend = page.locator('.mends button', { hasText: /^pitch / });
-  await mend.waitFor();
-  await page.screenshot({ path: path.join(pictures, 'mends.png') });
-  await examine(page, 'mends');
-  const word = await mend.textContent();
-  await mend.click();
+  // A fix, and back.
+  const fix = page.locator('.fixes button', { hasText: /^pitch / });
+  await fix.waitFor();
+  await page.screenshot({ path: path.join(pictures, 'fixes.png') });
+  await examine(page, 'fixes');
+  const word = await fix.textContent();
+  await fix.click();
   await reads(page, '#numbers', /First contactnone/);
   await settled(page);
-  const mended = await text(page);
+  const fixed = await text(page);
   await page.click('#undo');
   await settled(page);
-  expect((await text(page)) === opened, 'one undo takes the mend back');
+  expect((await text(page)) === opened, 'one undo takes the fix back');
 
   // A question, its answer in the plan, and back.
   await page.click('#ask-tab');
@@ -122,5 +122,5 @@ await withBrowser(async (browser) => {
   expect(complaints.length === 0, complaints.join('\n'));
   await page.close();
   await processes('sensitivity', 0);
-  say({ type: 'done', opened, word, mended, answer, put, refused, beside_p95_ms: beside_ms[Math.floor(beside_ms.length * 0.95)] });
+  say({ type: 'done', opened, word, fixed, answer, put, refused, beside_p95_ms: beside_ms[Math.floor(beside_ms.length * 0.95)] });
 });

@@ -30,7 +30,7 @@ await withBrowser(async (browser) => {
   await page.click('#problems button:has-text("Go to")');
   await settled(page);
   steps.push('went to it');
-  await page.click('.mends button:has-text("end at")');
+  await page.click('.fixes button:has-text("end at")');
   await reads(page, '#numbers', /First contactnone/);
   steps.push('removed it');
   await page.click('#save');

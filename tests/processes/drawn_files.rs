@@ -345,7 +345,10 @@ fn blocks_are_exploded() {
         let blocks = block("a", line) + &block("b", &insert("a", "41\n2\n42\n2\n"));
         let ended = of_text("a.dxf", file(&blocks, &entities), &format!("{keys}{more}"));
         if length_m.is_nan() {
-            assert_refused(&ended, "has no path with the handle or on the layer \"none\"");
+            assert_refused(
+                &ended,
+                "has no path with the handle, layer or block \"none\"; layers: \"way\"; blocks: \"a\"",
+            );
             continue;
         }
         assert_length(&ended.expect_clean().last_json(), length_m);

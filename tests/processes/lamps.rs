@@ -336,7 +336,7 @@ fn doctor_finds_a_server_and_a_guard_of_another_pid_namespace() {
 fn without_a_server_nothing_proposes_to_start_the_papers_dragon() {
     let stage = Stage::new();
     let (json, code) = status(&stage);
-    assert_eq!((code, &json["standing"]["word"]), (Some(1), &"WAITING".into()), "{json}");
+    assert_eq!((code, &json["standing"]["word"]), (Some(1), &"NO SERVER".into()), "{json}");
     let refused = stage.run(&["ctl", "pause"]);
     for text in [json["standing"]["remedy"].to_string(), refused.stderr] {
         assert!(text.contains("--config FILE") && text.contains("--held"), "{text}");
@@ -412,6 +412,6 @@ fn a_killed_show_is_lost_until_something_is_started_again() {
     assert_eq!((code, &standing["level"]), (Some(1), &"danger".into()), "{json}");
     assert!(standing["remedy"].as_str().is_some_and(|remedy| remedy.contains("serve --config FILE --held")), "{json}");
     stage.serve(&["--until", "0"]).summary();
-    status_with(&stage, "no show", |json| json["standing"]["word"] == "WAITING");
+    status_with(&stage, "no show", |json| json["standing"]["word"] == "NO SERVER");
     reader.terminate();
 }

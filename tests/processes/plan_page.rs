@@ -115,7 +115,7 @@ end_s = 360.0
 ";
 
 #[test]
-fn an_answer_and_a_mend_are_put_into_the_plan_and_a_cancelled_question_ends() {
+fn an_answer_and_a_fix_are_put_into_the_plan_and_a_cancelled_question_ends() {
     let Some(browser) = Browser::find() else { return };
     let stage = Stage::new();
     let file = stage.path("spiral.toml");
@@ -139,9 +139,9 @@ fn an_answer_and_a_mend_are_put_into_the_plan_and_a_cancelled_question_ends() {
     fs::write(&put, done["put"].as_str().expect("a text")).expect("a file");
     assert_eq!(solve(&["contact"], &put), solve(&["contact"], &saved));
     assert_eq!(solve(&["route"], &put), solve(&["route"], &saved));
-    let mended = stage.path("mended.toml");
-    fs::write(&mended, done["mended"].as_str().expect("a text")).expect("a file");
-    assert_eq!(solve(&["contact"], &mended)["time_s"], Value::Null, "{done}");
+    let fixed = stage.path("fixed.toml");
+    fs::write(&fixed, done["fixed"].as_str().expect("a text")).expect("a file");
+    assert_eq!(solve(&["contact"], &fixed)["time_s"], Value::Null, "{done}");
 }
 
 fn pictures(stage: &Stage) -> String {

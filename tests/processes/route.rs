@@ -155,6 +155,22 @@ fn an_invalid_route_is_an_error_in_one_line() {
 }
 
 #[test]
+fn a_fault_beside_the_route_is_an_error_in_one_line() {
+    let stage = Stage::new();
+    for (text, expected) in [
+        ("[[cues]]\nname = \"a\"\nat_s = 9999\n", "[[cues]] \"a\": at_s is 9999, must be"),
+        (
+            "[[cues]]\nname = \"a\"\nat_s = 1\n[[cues]]\nname = \"a\"\nat_s = 2\n",
+            "[[cues]] \"a\": the name occurs twice",
+        ),
+    ] {
+        let failed = solve(&stage, &format!("{EIGHT}{text}"), &["route"]);
+        assert_eq!((failed.code(), failed.stderr.lines().count()), (Some(2), 1), "{}", failed.stderr);
+        assert!(failed.stderr.contains(expected), "{}", failed.stderr);
+    }
+}
+
+#[test]
 fn a_saved_configuration_gives_the_same_survey() {
     let stage = Stage::new();
     let file = stage.path("saved.toml").display().to_string();

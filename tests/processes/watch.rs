@@ -195,7 +195,7 @@ fn a_lost_server_is_shown_clearly_and_the_next_one_is_live() {
     let stage = Stage::new();
     let terminal = Tmux::open(&stage, "screen");
     terminal.run("", "watch");
-    let text = terminal.until_shown("WAITING");
+    let text = terminal.until_shown("NO SERVER");
     assert!(text.contains("There is no server."), "{text}");
     let server = stage.serve(&["--rate", "100"]);
     terminal.until_shown("RUNNING");

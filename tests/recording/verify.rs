@@ -26,8 +26,8 @@ struct AskedRequests {
 }
 
 impl TickInputs for AskedRequests {
-    fn requests(&mut self, _head: HeadState, decide: &mut dyn FnMut(Request) -> Result<(), Refusal>) {
-        self.replies.extend(self.due.drain(..).map(|request| (request, decide(request))));
+    fn requests(&mut self, _head: HeadState, decide: &mut dyn FnMut(Request) -> Result<f64, Refusal>) {
+        self.replies.extend(self.due.drain(..).map(|request| (request, decide(request).map(|_course_mps| ()))));
     }
 }
 

@@ -60,8 +60,8 @@ pub(crate) fn check(scenario: &Scenario, script: &Script, played: &Played) -> Re
     Ok(compared)
 }
 
-/// The events of a run, and the tick up to which they are all there; `None` if some are missing. Nobody commands the first server before the
-/// witness has its first frame.
+/// The events of a run, and the tick up to which they are all there; `None` if some are missing. Nobody commands the
+/// first server before the witness has its first frame.
 pub(crate) fn followed(seen: &Seen, run_id: u64, is_first: bool) -> Option<(&[CommandEvent], u64)> {
     let &covered = seen.covered.get(&run_id)?;
     let events = seen.events.get(&run_id).map_or(&[] as &[CommandEvent], Vec::as_slice);

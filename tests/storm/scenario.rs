@@ -53,8 +53,8 @@ pub(crate) struct Account {
     pub(crate) lies: Vec<&'static str>,
 }
 
-/// Plays the scenario of a seed with faults for some seconds, or with only some of them. Returns `None` for a seed that real processes cannot
-/// repeat.
+/// Plays the scenario of a seed with faults for some seconds, or with only some of them. Returns `None` for a seed that
+/// real processes cannot repeat.
 pub(crate) fn play_scenario(seed: u64, seconds: f64, only: Option<&[usize]>) -> Result<Option<Account>, Failure> {
     let whole = Scenario::of(seed, seconds / 3600.0);
     let scenario = only.map_or_else(|| whole.clone(), |numbers| whole.only(numbers));

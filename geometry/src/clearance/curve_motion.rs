@@ -33,14 +33,14 @@ impl PairMotion {
                 let turn_rate = (turned_m(front) + turned_m(rear)) / link_m + turn * turn;
                 let heading = HeadingMotion::new(turn, turn_rate, link.seen_share);
                 benches[usize::from(bench == second)] = BenchMotion {
-                    speed_m: front.speed.max(rear.speed),
-                    along_m: front.speed_rate.max(rear.speed_rate),
-                    across_m: across(front).max(across(rear)),
+                    speed: front.speed.max(rear.speed),
+                    accel_along: front.speed_rate.max(rear.speed_rate),
+                    accel_across: across(front).max(across(rear)),
                     sine: link.sine,
                     curvature: link.curvature,
                     turn: heading.turn,
                     turn_rate: heading.turn_rate,
-                    growth_m: 0.5 * dragon.dimensions().length_m(bench) * heading.growth_rate,
+                    growth: 0.5 * dragon.dimensions().length_m(bench) * heading.growth_rate,
                 };
             }
             front = rear;

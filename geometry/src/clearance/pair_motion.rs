@@ -45,15 +45,16 @@ pub(super) enum MotionParameter {
     PlanTime,
 }
 
-/// Bounds on a bench's motion.
+/// Bounds on a bench's motion. Speeds and accelerations are in metres, turns in radians, per unit of the pair's parameter or its
+/// square: the unit is a radian, a metre or a second.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct BenchMotion {
     /// Bound on the speed of either handle, and so of the centre.
-    pub(super) speed_m: f64,
+    pub(super) speed: f64,
     /// Bound on the acceleration of either handle along its tangent.
-    pub(super) along_m: f64,
+    pub(super) accel_along: f64,
     /// Bound on the rest of the acceleration of either handle.
-    pub(super) across_m: f64,
+    pub(super) accel_across: f64,
     /// Bound on the sines of the angles between the heading and the tangents at the handles.
     pub(super) sine: f64,
     /// Bound on the curvature of the route under the bench, which turns the tangents.
@@ -63,7 +64,7 @@ pub(super) struct BenchMotion {
     /// |u''|.
     pub(super) turn_rate: f64,
     /// Bound on the second derivative of half of the length, as it is seen from above; 0 without ground.
-    pub(super) growth_m: f64,
+    pub(super) growth: f64,
 }
 
 impl MotionParameter {
@@ -92,20 +93,21 @@ impl PairMotion {
     /// The corners of one board relative to the other board, at both ends of an interval.
     fn seen_from(&self, viewer: usize, ends: [&[BenchPose; 2]; 2], length: f64) -> Seen {
         let (from, to) = (&self.benches[viewer], &self.benches[1 - viewer]);
-        let speed_m = from.speed_m + to.speed_m + self.corner_arm_m * to.turn;
-        let both_m = from.across_m + to.across_m + self.corner_arm_m * to.turn_rate + 2.0 * from.turn * speed_m;
-        let swing = 0.5 * (from.turn + to.curvature * to.speed_m) * length;
+        let speed = from.speed + to.speed + self.corner_arm_m * to.turn;
+        let both = from.accel_across + to.accel_across + self.corner_arm_m * to.turn_rate + 2.0 * from.turn * speed;
+        let swing = 0.5 * (from.turn + to.curvature * to.speed) * length;
         let sine = (sine_seen(viewer, ends) + swing).min(1.0);
-        let fixed_m = DVec2::new(from.along_m + to.along_m, from.sine * from.along_m + sine * to.along_m) + both_m;
+        let fixed =
+            DVec2::new(from.accel_along + to.accel_along, from.sine * from.accel_along + sine * to.accel_along) + both;
         let corners = ends.map(|poses| {
             let board = &poses[viewer].board;
             poses[1 - viewer].board.corners().map(|corner| board.local(corner))
         });
         let corner = |k: usize| {
             let at = [corners[0][k], corners[1][k]];
-            let distance_m = at[0].length().max(at[1].length()) + 0.5 * speed_m * length;
-            let leeway_m = 0.125 * (fixed_m + from.turn_rate * distance_m) * length * length;
-            let growth_m = 0.125 * from.growth_m * length * length;
+            let distance_m = at[0].length().max(at[1].length()) + 0.5 * speed * length;
+            let leeway_m = 0.125 * (fixed + from.turn_rate * distance_m) * length * length;
+            let growth_m = 0.125 * from.growth * length * length;
             Corner { at, leeway_m: DVec2::new(leeway(leeway_m.x + growth_m), leeway(leeway_m.y)) }
         };
         let half_sizes = ends.map(|poses| DVec2::new(poses[viewer].board.half_length, poses[viewer].board.half_width));

@@ -26,8 +26,8 @@ pub(super) fn point_speed_mps(planned: &Planned, bench: usize, ends: [&Pose; 2])
     let motion = bench_motion(planned, bench, ends);
     let half_length_m = 0.5 * planned.dragon.dimensions().length_m(bench);
     // On ground, a board is also seen to grow and to shrink, at most as fast as its link turns.
-    let grown_m = if motion.growth_m > 0.0 { half_length_m * motion.turn } else { 0.0 };
-    motion.speed_m + planned.dragon.corner_arm_m() * motion.turn + grown_m
+    let grown_m = if motion.growth > 0.0 { half_length_m * motion.turn } else { 0.0 };
+    motion.speed + planned.dragon.corner_arm_m() * motion.turn + grown_m
 }
 
 fn bench_motion(planned: &Planned, bench: usize, [earlier, later]: [&Pose; 2]) -> BenchMotion {
@@ -37,15 +37,15 @@ fn bench_motion(planned: &Planned, bench: usize, [earlier, later]: [&Pose; 2]) -
     let half_length_m = 0.5 * dragon.dimensions().length_m(bench);
     let second = |second: f64, first: f64| second * v * v + first * a;
     // Without ground, a board is seen in its length.
-    let first_growth_m = if walked.growth_m > 0.0 { half_length_m * walked.turn } else { 0.0 };
+    let first_growth = if walked.growth > 0.0 { half_length_m * walked.turn } else { 0.0 };
     BenchMotion {
-        speed_m: walked.speed_m * v,
-        along_m: second(walked.along_m, walked.speed_m),
-        across_m: walked.across_m * v * v,
+        speed: walked.speed * v,
+        accel_along: second(walked.accel_along, walked.speed),
+        accel_across: walked.accel_across * v * v,
         sine: walked.sine,
         curvature: walked.curvature,
         turn: walked.turn * v,
         turn_rate: second(walked.turn_rate, walked.turn),
-        growth_m: second(walked.growth_m, first_growth_m),
+        growth: second(walked.growth, first_growth),
     }
 }

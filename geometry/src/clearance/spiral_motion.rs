@@ -82,8 +82,8 @@ impl Lag {
 #[derive(Clone, Copy, Debug)]
 struct HandleMotion {
     lag: Lag,
-    speed_m: f64,
-    acceleration_m: f64,
+    speed: f64,
+    acceleration: f64,
 }
 
 impl HandleMotion {
@@ -92,9 +92,8 @@ impl HandleMotion {
         let lag = lag.min(1.0);
         Self {
             lag: Lag { lag, rate },
-            speed_m: DVec2::new(b, radius_m * lag).length(),
-            acceleration_m: rate * DVec2::new(b, radius_m).length()
-                + lag * DVec2::new(2.0 * b, radius_m * lag).length(),
+            speed: DVec2::new(b, radius_m * lag).length(),
+            acceleration: rate * DVec2::new(b, radius_m).length() + lag * DVec2::new(2.0 * b, radius_m * lag).length(),
         }
     }
 }
@@ -109,17 +108,17 @@ fn bench_motion(
     own_rear: HandleMotion,
 ) -> BenchMotion {
     let link_m = dragon.dimensions().link_m(bench);
-    let own_turn = (b + own_rear.speed_m) / link_m;
-    let own_turn_rate = own_rear.acceleration_m / link_m;
+    let own_turn = (b + own_rear.speed) / link_m;
+    let own_turn_rate = own_rear.acceleration / link_m;
     let turn = own_turn + front.lag.lag;
     BenchMotion {
-        speed_m: front.speed_m.max(rear.speed_m),
-        along_m: 0.0,
-        across_m: front.acceleration_m.max(rear.acceleration_m),
+        speed: front.speed.max(rear.speed),
+        accel_along: 0.0,
+        accel_across: front.acceleration.max(rear.acceleration),
         sine: 1.0,
         curvature: 0.0,
         turn,
         turn_rate: own_turn_rate + (own_turn + 1.0) * front.lag.rate + turn * turn,
-        growth_m: 0.0,
+        growth: 0.0,
     }
 }

@@ -48,8 +48,18 @@ struct Group {
 }
 
 pub(super) fn fit(drawing: &Drawing, settings: &FitSettings) -> Result<Fit, DrawingError> {
-    let joined = settings.joins_samples.then(|| smoothed(drawing, settings.tolerance_m));
-    let drawing = joined.as_ref().unwrap_or(drawing);
+    if !settings.joins_samples {
+        return fit_pieces(drawing, settings);
+    }
+    match fit_pieces(&smoothed(drawing, settings.tolerance_m), settings) {
+        // Where points are close together, several edges become one line, which may be too long for arcs to the next edge.
+        Err(DrawingError::Corner { .. }) => fit_pieces(&smoothed(drawing, 0.0), settings),
+        result => result,
+    }
+}
+
+/// The fit to the pieces as they are.
+fn fit_pieces(drawing: &Drawing, settings: &FitSettings) -> Result<Fit, DrawingError> {
     let mut error_m = f64::INFINITY;
     for share in ATTEMPTS {
         let runs = Runs::new(drawing, settings, share)?;

@@ -43,7 +43,21 @@ impl EvenRun {
         start_s: f64,
         end_travel_m: f64,
     ) -> Self {
-        let start_m = speed_mps * start_s + offset_m;
+        Self::from_start([offset_m, speed_mps * start_s + offset_m], speed_mps, accel_mps2, start_s, end_travel_m)
+    }
+
+    /// The same run, which ends at another travel.
+    pub(super) fn ending_at(self, end_travel_m: f64) -> Self {
+        Self::from_start([self.offset_m, self.start_m], self.speed_mps, self.accel_mps2(), self.start_s, end_travel_m)
+    }
+
+    fn from_start(
+        [offset_m, start_m]: [f64; 2],
+        speed_mps: f64,
+        accel_mps2: Option<f64>,
+        start_s: f64,
+        end_travel_m: f64,
+    ) -> Self {
         let run_m = (end_travel_m - start_m).max(0.0);
         let ramps = accel_mps2.map(|accel_mps2| {
             let full_m = speed_mps * speed_mps / (2.0 * accel_mps2);

@@ -91,7 +91,7 @@ impl Timetable {
         Self(Walk::Even(EvenRun::with_offset(offset_m, speed_mps, accel_mps2, start_s, end_travel_m)))
     }
 
-    /// The same with planned changes, in the order of their times, from one travel to another. Without changes it is the same run.
+    /// The same with planned changes, in the order of their times, from one travel to another.
     ///
     /// ```
     /// use bench_dragon_geometry::formation::{Change, Timetable};
@@ -104,8 +104,10 @@ impl Timetable {
     /// ```
     #[must_use]
     pub fn with_changes(&self, changes: &[Change], [start_m, end_m]: [f64; 2]) -> Self {
-        if changes.is_empty() {
-            return self.clone();
+        if let Walk::Even(run) = &self.0
+            && changes.is_empty()
+        {
+            return Self(Walk::Even(run.ending_at(end_m)));
         }
         let begin = [self.start_s(), start_m];
         let walk = PlannedWalk::new(begin, self.planned_mps(), self.accel_mps2(), changes, end_m);

@@ -133,8 +133,8 @@ impl Bounds for CircularArc {
         self.turn.sign() / self.radius_m
     }
 
-    fn has_constant_curvature(&self) -> bool {
-        true
+    fn constant_curvature(&self) -> Option<f64> {
+        Some(self.turn.sign() / self.radius_m)
     }
 
     /// The furthest point of the arc lies beyond the centre, or is an end of the arc.

@@ -79,9 +79,9 @@ pub(super) trait Bounds {
         self.curvature(rear).abs().max(self.curvature(front).abs())
     }
 
-    /// Whether the curvature is the same everywhere: on a line or on an arc.
-    fn has_constant_curvature(&self) -> bool {
-        false
+    /// The signed curvature of a line or an arc, which is the same everywhere; `None` for other curves.
+    fn constant_curvature(&self) -> Option<f64> {
+        None
     }
 
     /// A bound on the distance from a point to any point of the curve; infinite where none is known.

@@ -73,8 +73,8 @@ impl Bounds for Line {
         0.0
     }
 
-    fn has_constant_curvature(&self) -> bool {
-        true
+    fn constant_curvature(&self) -> Option<f64> {
+        Some(0.0)
     }
 
     fn furthest_m(&self, from: DVec2) -> f64 {

@@ -23,10 +23,10 @@ mod path_segment;
 mod placement;
 mod profile;
 mod segment;
+mod segment_part;
 mod spec;
 mod spiral;
 mod spiral_chord;
-mod stretch;
 mod turnaround;
 
 use std::f64::consts::TAU;
@@ -46,10 +46,10 @@ pub use path_error::PathError;
 pub use path_segment::{PathSegment, SEGMENT_M};
 pub use placement::Placement;
 pub use segment::Segment;
+pub use segment_part::TightestBend;
 pub use spec::{RouteShape, RouteSpec, SpiralSpec, TurnaroundSpec};
 pub use spiral::Spiral;
 pub(crate) use spiral::SpiralPart;
-pub use stretch::TightestBend;
 pub use turnaround::Turnaround;
 
 pub(crate) use capability::{CHORD_BEND, CHORD_MARGIN};
@@ -354,11 +354,13 @@ impl Route {
         all.reduce(|all, next| all.with(next.low).with(next.high)).expect("a parameter lies on a segment")
     }
 
-    /// Whether one line or one arc contains the route between two parameters, `rear <= front`.
+    /// Whether one line or one arc contains the route between two parameters, `rear <= front`. It may be made of several segments, as the
+    /// laps of a circle are.
     pub(crate) fn is_one_line_or_arc(&self, rear: f64, front: f64) -> bool {
-        let number = self.number_of_begin(rear);
-        let is_level = self.profile.is_none();
-        is_level && number == self.number_at(front) && self.segments[number].segment.curve().has_constant_curvature()
+        let curvature = |placed: &PlacedSegment| placed.segment.curve().constant_curvature();
+        let segments = self.segments.get(self.number_of_begin(rear)..=self.number_at(front)).unwrap_or_default();
+        let first = segments.first().and_then(curvature);
+        self.profile.is_none() && first.is_some() && segments.iter().all(|placed| curvature(placed) == first)
     }
 
     /// The spiral that contains the route between two parameters, the rear one first; `None` without one, or on ground.

@@ -65,13 +65,13 @@ fn rounded(metres: f64) -> f64 {
 /// A point of the plan at its height.
 pub(super) fn lifted(profile: &Profile, parameter: f64, plan: RoutePoint, plan_m: impl FnOnce() -> f64) -> RoutePoint {
     let [height_m, grade] = profile.height(parameter, plan_m, plan.speed_m_per_unit);
-    let stretch = grade.hypot(1.0);
+    let length_per_plan = grade.hypot(1.0);
     RoutePoint {
         position: plan.position,
-        tangent: plan.tangent / stretch,
-        speed_m_per_unit: plan.speed_m_per_unit * stretch,
+        tangent: plan.tangent / length_per_plan,
+        speed_m_per_unit: plan.speed_m_per_unit * length_per_plan,
         height_m,
-        climb: grade / stretch,
+        climb: grade / length_per_plan,
     }
 }
 

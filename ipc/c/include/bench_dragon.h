@@ -69,11 +69,11 @@ typedef enum {
    */
   BD_PAUSED = 1,
   /**
-   * Stopped for safety. Only `release` lifts the hold.
+   * Stopped for safety: by a hold, which only `release` lifts, or at the end of the guard's grant.
    */
   BD_HELD = 2,
   /**
-   * The show has reached the end of the route, of the run or of the requested time.
+   * The show has reached the end of the route, of the feasible travel or of the requested time.
    */
   BD_FINISHED = 3,
   /**
@@ -470,7 +470,7 @@ typedef enum {
    */
   BD_STOP_ENDING = 16,
   /**
-   * The end of the route, of the run or of the requested time.
+   * The end of the route, of the feasible travel or of the requested time.
    */
   BD_STOP_RUN_END = 32,
   /**
@@ -1170,7 +1170,8 @@ const bd_frame_header_t *bd_frame_header(const bd_frame_t *frame);
 
 /**
  * Returns the array of a frame's handles, dragon after dragon and head first, and its length in `count`: the
- * number of benches plus that of dragons. `count` may be NULL. For NULL it returns NULL and a length of 0. Valid until the frame is released.
+ * number of benches plus that of dragons. `count` may be NULL. For NULL it returns NULL and a length of 0. Valid until
+ * the frame is released.
  */
 const bd_handle_state_t *bd_frame_handles(const bd_frame_t *frame,
                                           size_t *count);

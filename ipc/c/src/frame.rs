@@ -151,7 +151,8 @@ pub extern "C" fn bd_frame_header(frame: Option<&bd_frame_t>) -> Option<&bd_fram
 }
 
 /// Returns the array of a frame's handles, dragon after dragon and head first, and its length in `count`: the
-/// number of benches plus that of dragons. `count` may be NULL. For NULL it returns NULL and a length of 0. Valid until the frame is released.
+/// number of benches plus that of dragons. `count` may be NULL. For NULL it returns NULL and a length of 0. Valid until
+/// the frame is released.
 #[unsafe(no_mangle)]
 pub extern "C" fn bd_frame_handles(
     frame: Option<&bd_frame_t>,

@@ -1,5 +1,6 @@
 //! Lists the processes and files of a domain from outside. A census joins, creates and removes nothing, so it does not affect
-//! a running show. It tries the source's lock only where the holder is not a process of this PID namespace. [`clear`] removes, under the domain's locks, everything that no living process owns.
+//! a running show. It tries the source's lock only where the holder is not a process of this PID namespace. [`clear`]
+//! removes, under the domain's locks, everything that no living process owns.
 
 use std::fs;
 use std::io::ErrorKind;

@@ -60,7 +60,7 @@ wire_enum! {
         Pause = 0, "pause";
         /// Walk on after `pause`.
         Resume = 1, "resume";
-        /// Walk at this speed of the head, in metres per show second, 0 to 10.
+        /// Walk at this speed of the head, in metres per show second, 0 to 10. Third value: the speed along the course.
         Speed = 2, "speed";
         /// Seek to this show time, in seconds.
         Seek = 3, "seek";
@@ -81,7 +81,8 @@ wire_enum! {
         Start = 10, "start";
         /// The run has ended in order. This is the last event, at the last tick of the run.
         End = 11, "end";
-        /// Play at this pace: plan time per show time. A replay does not record the commands that it takes.
+        /// Play at this pace: plan time per show time. Third value: the speed along the course, in metres per show second. A replay does
+        /// not record the commands that it takes.
         Pace = 12, "pace";
         /// Walk on from a cue that waits.
         Go = 13, "go";
@@ -133,6 +134,32 @@ impl CommandEvent {
             refusal: reply.refusal,
             flags: command.flags,
             ..Self::default()
+        }
+    }
+
+    /// The same event with the speed along the course that the head walks at from now on, if nothing stops it. Only an accepted `speed`
+    /// and `pace` record it.
+    #[must_use]
+    pub fn ordering(mut self, course_mps: f64) -> Self {
+        let orders = matches!(self.event_kind(), Some(EventKind::Speed | EventKind::Pace)) && self.refusal == 0;
+        if orders {
+            self.values[2] = course_mps;
+        }
+        self
+    }
+
+    /// The speed along the course that an event orders, in metres per show second: that of a start, and of an accepted `speed` or `pace`.
+    /// `None` for other events.
+    pub fn ordered_mps(&self) -> Option<f64> {
+        let [value, _, course_mps, _] = self.values;
+        match self.event_kind()? {
+            EventKind::Start => Some(course_mps),
+            EventKind::Speed | EventKind::Pace if self.refusal != 0 => None,
+            // Earlier versions recorded 0 here.
+            EventKind::Speed if course_mps == 0.0 => Some(value),
+            EventKind::Pace if course_mps == 0.0 && value != 0.0 => None,
+            EventKind::Speed | EventKind::Pace => Some(course_mps),
+            _ => None,
         }
     }
 

@@ -278,9 +278,9 @@ wire_enum! {
         Running = 0, "running";
         /// Paused by the operator, or by a timecode that stands. `resume` continues.
         Paused = 1, "paused";
-        /// Stopped for safety. Only `release` lifts the hold.
+        /// Stopped for safety: by a hold, which only `release` lifts, or at the end of the guard's grant.
         Held = 2, "held";
-        /// The show has reached the end of the route, of the run or of the requested time.
+        /// The show has reached the end of the route, of the feasible travel or of the requested time.
         Finished = 3, "finished";
         /// The head still walks and brakes, because of a pause, a hold, a stop or the timecode.
         Stopping = 4, "stopping";

@@ -1,5 +1,5 @@
-//! Names, types and limits of the services. [`Member`](crate::service::Member) has one function per service, which the source and every client
-//! call, so the two sides cannot disagree.
+//! Names, types and limits of the services. [`Member`](crate::service::Member) has one function per service, which the
+//! source and every client call, so the two sides cannot disagree.
 //!
 //! Only a source (the server, a replay, a receiving bridge) creates services; a client opens existing ones. Each service
 //! of a source allows two publishers, because iceoryx2 cannot tunnel a service with only one to another host.

@@ -197,7 +197,7 @@ wire_enum! {
         Timecode = 3, "timecode";
         /// The server is ending.
         Ending = 4, "ending";
-        /// The end of the route, of the run or of the requested time.
+        /// The end of the route, of the feasible travel or of the requested time.
         RunEnd = 5, "run_end";
         /// The show waits at its start. `release` starts it.
         Ready = 6, "ready";

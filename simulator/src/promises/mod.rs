@@ -71,7 +71,7 @@ promises! {
     /// A frame that is right is never a fault.
     NoFalseFault = "docs/how-it-works/guard.md", "the published frames differ from the proof by over 10⁻⁸ m";
     /// A guard's final rest is where the clearance reaches the margin.
-    RestsAtMargin = "docs/how-it-works/guard.md", "Where the guard can prove no more, the head rests there permanently";
+    RestsAtMargin = "docs/how-it-works/guard.md", "Where the guard can prove no more, the head stands there permanently";
     /// After all faults, a show that may walk walks, or has reached its end.
     WalksOn = "docs/how-it-works/guard.md", "The next guard lets it walk on";
     /// A show that is told to end ends.

@@ -98,8 +98,8 @@ impl RunBook {
         run
     }
 
-    /// Whether the start of the next run keeps the stops of this one, and holds the show unless it resumes by itself. A stop that
-    /// no status has told yet is lost with its server.
+    /// Whether the start of the next run keeps the stops and the ordered speed of this one, and holds the show unless it resumes by itself.
+    /// A command that no status has told yet is lost with its server.
     pub(super) fn is_kept_by(&self, start: &RunStart, told: Option<(u64, u64)>, auto_resume: bool) -> bool {
         let holds = start.is_held || start.is_ready;
         // The first status is published before tick 0, and has its number.
@@ -108,7 +108,8 @@ impl RunBook {
         let keeps_hold = !self.held || start.is_held || auto_resume && !is_told;
         let keeps_ready = !self.ready || start.is_ready;
         let keeps_pause = !self.paused || start.is_paused || holds && start.follows_timecode || !is_told;
-        keeps_hold && keeps_ready && keeps_pause && (holds || auto_resume)
+        let keeps_speed = start.speed_mps == self.speed_mps || !is_told;
+        keeps_hold && keeps_ready && keeps_pause && keeps_speed && (holds || auto_resume)
     }
 
     pub(super) fn new_grants(&mut self) -> Vec<[f64; 2]> {
@@ -172,7 +173,7 @@ impl RunBook {
             if decided.outcome.is_err() {
                 continue;
             }
-            let stops = [self.paused, self.held, self.ready];
+            let (stops, ordered_mps) = ([self.paused, self.held, self.ready], self.speed_mps);
             match decided.request {
                 Request::Pause => self.paused = true,
                 Request::Resume => self.paused = false,
@@ -194,7 +195,7 @@ impl RunBook {
                 Request::Pace { factor } => self.speed_mps = factor * self.settings.speed_mps,
                 Request::Go => self.cues.go(travel_m),
             }
-            if stops != [self.paused, self.held, self.ready] {
+            if stops != [self.paused, self.held, self.ready] || ordered_mps.to_bits() != self.speed_mps.to_bits() {
                 self.stopped_tick = ticked.header.tick;
             }
             self.note_stand(travel_m, speed_mps);
@@ -238,7 +239,7 @@ impl RunBook {
             _ => true,
         };
         let is_granted =
-            |travel_m: f64| self.granted.iter().any(|stretch| (stretch[0]..=stretch[1]).contains(&travel_m));
+            |travel_m: f64| self.granted.iter().any(|interval| (interval[0]..=interval[1]).contains(&travel_m));
         let is_true = match (request, outcome) {
             (Request::Pause | Request::Hold | Request::Stop, outcome) => outcome.is_ok(),
             (Request::Speed { .. } | Request::Pace { .. }, Ok(())) => is_valid,
@@ -350,11 +351,11 @@ impl RunBook {
         if self.exempt_m != Some(travel_m) {
             self.exempt_m = None;
         }
-        let is_in = |stretch: &[f64; 2], travel_m: f64| (stretch[0]..=stretch[1]).contains(&travel_m);
-        let here = self.granted.iter().find(|stretch| is_in(stretch, travel_m));
+        let is_in = |interval: &[f64; 2], travel_m: f64| (interval[0]..=interval[1]).contains(&travel_m);
+        let here = self.granted.iter().find(|interval| is_in(interval, travel_m));
         let is_granted = here.is_some();
         let limit_m = ticked.limits.granted_to_m.unwrap_or(f64::INFINITY);
-        let is_limit = limit_m == travel_m || here.is_some_and(|stretch| is_in(stretch, limit_m));
+        let is_limit = limit_m == travel_m || here.is_some_and(|interval| is_in(interval, limit_m));
         if !is_limit || !is_granted && self.exempt_m.is_none() {
             report(Promise::OnGrantedTravel, format!("granted are {:?}, the limit is {limit_m} m", self.granted));
         }

@@ -102,6 +102,7 @@ impl<'a> World<'a> {
                 past.remove(0);
             }
             self.watch.observer.take_event(event);
+            self.supervisor.seen.see_event(&event);
             if let Some(recorder) = self.recorder.as_mut().filter(|recorder| recorder.has_joined) {
                 if recorder.events.len() == COMMAND_EVENT_BUFFER {
                     recorder.events.pop_front();

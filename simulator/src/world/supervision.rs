@@ -24,16 +24,27 @@ impl World<'_> {
         if let Some(status) = &self.status {
             self.supervisor.seen.see_status(**status);
         }
+        let children = self.child_states();
+        self.kill_hung(children);
+        for part in [Part::Server, Part::Guard, Part::Recorder] {
+            if !self.is_over && self.supervisor.is_due(part, self.now_ns) {
+                self.start(part);
+            }
+        }
+        self.check_hung(children);
+        self.check_missing();
+    }
+
+    /// Server, guard and recorder as the supervisor sees them.
+    fn child_states(&mut self) -> [ChildState; 3] {
         let now_ns = self.now_ns;
         let own = self.guards.iter().find(|guard| !guard.is_foreign);
-        let stopped = |until_ns: u64| until_ns > now_ns;
-        let server_stopped = self.server.as_ref().is_some_and(|server| stopped(server.stopped_until_ns));
-        let guard_stopped = own.is_some_and(|guard| stopped(guard.stopped_until_ns));
-        let children = [
+        let guard_stopped = own.is_some_and(|guard| guard.stopped_until_ns > now_ns);
+        [
             ChildState {
                 part: Part::Server,
                 runs: self.server.is_some(),
-                is_stopped: server_stopped,
+                is_stopped: self.server.as_ref().is_some_and(|server| server.stopped_until_ns > now_ns),
                 is_heard: std::mem::take(&mut self.has_news),
             },
             ChildState {
@@ -43,9 +54,13 @@ impl World<'_> {
                 is_heard: own.is_some_and(|guard| guard.has_joined) && !guard_stopped,
             },
             self.look_at_recorder(),
-        ];
+        ]
+    }
+
+    /// Kills the children that the supervisor takes for hung. Promises that these are not healthy.
+    fn kill_hung(&mut self, children: [ChildState; 3]) {
+        let (now_ns, [server, guard, recorder]) = (self.now_ns, children);
         for part in self.supervisor.look(now_ns, children) {
-            let [server, guard, recorder] = children;
             let heard_ns = self.newest.map_or(0, |header| header.published_ns);
             let is_healthy = match part {
                 Part::Server => !server.is_stopped && now_ns - heard_ns < 5 * SECOND_NS - LOOK_NS,
@@ -56,30 +71,38 @@ impl World<'_> {
             self.promises.require(Promise::HealthyChildLives, now_ns, !is_healthy, || format!("{part:?} is killed"));
             self.kill(part);
         }
-        for part in [Part::Server, Part::Guard, Part::Recorder] {
-            if !self.is_over && self.supervisor.is_due(part, now_ns) {
-                self.start(part);
-            }
-        }
-        for (place, child) in children.into_iter().enumerate() {
+    }
+
+    /// Promises that no child stays stopped.
+    fn check_hung(&mut self, children: [ChildState; 3]) {
+        let now_ns = self.now_ns;
+        for child in children {
+            let last_ns = &mut self.hung_ns[child.part as usize];
             if !child.runs || !child.is_stopped {
-                self.hung_ns[place] = now_ns;
+                *last_ns = now_ns;
             }
-            let hung_ns = now_ns - self.hung_ns[place];
+            let hung_ns = now_ns - *last_ns;
             self.promises.require(Promise::HungChildEnds, now_ns, hung_ns <= 6 * SECOND_NS, || {
                 format!("{:?} is stopped for {hung_ns} ns", child.part)
             });
         }
+    }
+
+    /// Promises that no child stays away.
+    fn check_missing(&mut self) {
+        let now_ns = self.now_ns;
         let has_guard = self.guards.iter().any(|guard| !guard.is_foreign);
         let has_recorder = self.recorder.is_some() || self.supervisor.is_recorder_away();
-        for (place, runs) in [self.server.is_some(), has_guard, has_recorder].into_iter().enumerate() {
+        let running = [(Part::Server, self.server.is_some()), (Part::Guard, has_guard), (Part::Recorder, has_recorder)];
+        for (part, runs) in running {
+            let last_ns = &mut self.lived_ns[part as usize];
             if runs || self.is_over {
-                self.lived_ns[place] = now_ns;
+                *last_ns = now_ns;
             }
-            let missing_ns = now_ns - self.lived_ns[place];
+            let missing_ns = now_ns - *last_ns;
             let returns = missing_ns <= LONGEST_BACKOFF_NS + SECOND_NS;
             self.promises.require(Promise::DeadChildReturns, now_ns, returns, || {
-                format!("child {place} is missing for {missing_ns} ns")
+                format!("{part:?} is missing for {missing_ns} ns")
             });
         }
     }

@@ -270,7 +270,7 @@ fn canonical(address: SocketAddr) -> SocketAddr {
 }
 
 /// The outcome of a command for its sender.
-fn told(outcome: Outcome, request: Request) -> Result<u64, String> {
+fn outcome_of(outcome: Outcome, request: Request) -> Result<u64, String> {
     match outcome {
         Ok(reply) => reply.outcome().map_err(|refusal| refusal.explain(&request)),
         Err(error) => Err(error.to_string()),
@@ -362,7 +362,7 @@ impl Listening {
         let shared = Arc::clone(&self.shared);
         self.queue.submit(request, move |outcome| {
             answered();
-            shared.answer(from, name, told(outcome, request));
+            shared.answer(from, name, outcome_of(outcome, request));
         });
     }
 

@@ -98,8 +98,8 @@ impl ReceivedRun {
         self.remote.described = described;
     }
 
-    /// Publishes a frame of the run, for the instant at which it was due on this host's clock. Returns false if the frame is rejected; `summary` counts the
-    /// reason.
+    /// Publishes a frame of the run, for the instant at which it was due on this host's clock. Returns false if the
+    /// frame is rejected; `summary` counts the reason.
     pub(super) fn take(
         &mut self,
         header: &FrameHeader,

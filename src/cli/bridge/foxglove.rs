@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::BridgeArgs;
 use crate::cli::flags::{Format, listen_address, within};
-use crate::cli::print::{complain, print_notice, print_report};
+use crate::cli::print::{print_notice, print_report, print_to_stderr};
 use crate::cli::web::{SiteArgs, listen, observe_while, reachable, token};
 use crate::display::foxglove::{Foxglove, ViewerEvent, ViewerTotals, viewer_url};
 use crate::display::observe::{Observer, Snapshot, SourcePresence};
@@ -88,7 +88,7 @@ pub(super) fn run(args: &BridgeArgs, foxglove: &FoxgloveArgs) -> anyhow::Result<
     print_report(format, &FoxgloveLine::Listening { url: url.clone(), address, steer: foxglove.steer }, url)?;
     if !address.ip().is_loopback() {
         let steer = if foxglove.steer { ", and steer" } else { "" };
-        complain(&format!("anyone with this address and token can watch{steer}; nothing is encrypted"));
+        print_to_stderr(&format!("anyone with this address and token can watch{steer}; nothing is encrypted"));
     }
     let mut source =
         SourceReport { format, instance: domain.instance().to_string(), said: Said::Nothing, run_id: None };
@@ -168,7 +168,7 @@ impl SourceReport {
         let _ = match &snapshot.presence {
             SourcePresence::Waiting if now == Said::Nothing => Ok(()),
             SourcePresence::Waiting => {
-                complain(&format!("waiting for a server on instance {}", self.instance));
+                print_to_stderr(&format!("waiting for a server on instance {}", self.instance));
                 Ok(())
             }
             SourcePresence::Live if is_same_run => {

@@ -16,7 +16,7 @@ use super::feed::Feed;
 use super::timecode::{TimecodeArgs, feed_of};
 use crate::bridge::timecode::{LtcPacer, SampleInstants};
 use crate::cli::flags::{BadInput, Format};
-use crate::cli::print::{complain, print_notice, print_report};
+use crate::cli::print::{print_notice, print_report, print_to_stderr};
 use crate::output::Counted;
 use crate::output::terminal_text::Printable;
 use crate::source::timecode::ltc::{LtcEncoder, LtcWord, wav_header};
@@ -74,7 +74,7 @@ pub(super) fn run(args: &BridgeArgs, timecode: &TimecodeArgs, to: &LtcOutput) ->
     if let LtcOutput::File(path) = to {
         print_notice(format, &SoundLine::Started { file: &path.to_string_lossy(), settings: &settings }, &settings)?;
     } else {
-        complain(&settings);
+        print_to_stderr(&settings);
     }
     if let Some(mut feed) = Feed::open(&domain, "bridge-timecode", feed_of(silence), &stop)? {
         sleep_precisely();
@@ -85,7 +85,7 @@ pub(super) fn run(args: &BridgeArgs, timecode: &TimecodeArgs, to: &LtcOutput) ->
     sound.finish()?;
     let text = format!("{} in {}, {late} times late", Counted(frames, "frame"), Counted(samples, "sample"));
     match to {
-        LtcOutput::Stdout => complain(&text),
+        LtcOutput::Stdout => print_to_stderr(&text),
         LtcOutput::File(_) => print_report(format, &SoundLine::Summary { frames, samples, late }, text)?,
     }
     Ok(ExitCode::SUCCESS)

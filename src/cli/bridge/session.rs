@@ -9,7 +9,7 @@ use serde::Serialize;
 use super::feed::DueFrame;
 use crate::bridge::{BenchSelection, Freshness, Outage, OutageChange, Outlet, Packets};
 use crate::cli::flags::Format;
-use crate::cli::print::{complain, print_notice, print_report};
+use crate::cli::print::{print_notice, print_report, print_to_stderr};
 use crate::config::NamedLayout;
 use crate::output::Counted;
 use crate::system::clock::monotonic_ns;
@@ -142,7 +142,7 @@ impl PacketSession {
     fn announce(&self, settings: String) -> anyhow::Result<()> {
         let Self { format, to, rate, epoch_ns, .. } = self;
         if *format == Format::Text {
-            complain(&settings);
+            print_to_stderr(&settings);
         }
         let started = BridgeLine::Started { to: to.clone(), epoch_ns: *epoch_ns, settings };
         print_notice(*format, &started, &format!("sending to {to} at {rate} Hz; Ctrl-C ends it"))

@@ -13,7 +13,7 @@ use crate::bridge::zenoh::{
 };
 use crate::cli::bus_readers::open_when_there;
 use crate::cli::flags::{BadInput, Format, SpinArgs, within};
-use crate::cli::print::{complain, percentiles, print_notice, print_report};
+use crate::cli::print::{percentiles, print_notice, print_report, print_to_stderr};
 use crate::config::RATE_HZ;
 use crate::output::Counted;
 use crate::system::stop::StopFlag;
@@ -92,7 +92,7 @@ fn open(zenoh: &ZenohArgs, side: Side, stop: &StopFlag) -> anyhow::Result<Option
 }
 
 fn report_waiting(connects: &[String]) {
-    complain(&format!("waiting for a peer at {}", listed(connects)));
+    print_to_stderr(&format!("waiting for a peer at {}", listed(connects)));
 }
 
 fn send(

@@ -113,7 +113,7 @@ mod tests {
             Examination::new(findings.iter().map(examined).collect(), Vec::new()).verdict()
         };
         let (ok, unknown) = (Finding::ok("1", "fine"), Finding::not_known("hidden"));
-        let (warning, problem) = (Finding::warning("2", "slow", "wait"), Finding::problem("3", "broken", "mend"));
+        let (warning, problem) = (Finding::warning("2", "slow", "wait"), Finding::problem("3", "broken", "fix"));
         let good = verdict(&[ok.clone(), unknown.clone()]);
         assert_eq!((good.weight, &*good.words), (Weight::Good, "Ready: 0 problems, 0 warnings, 1 ok, 1 not known."));
         let attention = verdict(&[ok.clone(), warning.clone()]);

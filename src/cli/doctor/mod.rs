@@ -67,15 +67,16 @@ pub(crate) struct DoctorArgs {
     /// Before the checks, remove files and entries of the instance that no living process owns.
     #[arg(long)]
     pub(crate) fix: bool,
-    /// Also check whether a show that runs plays this configuration, and what it needs: a plan that a guard can prove to its end, room for the recording, free
-    /// ports, a way to each desk of `[[show.also]]`, pages that browsers reach, and timecode that arrives.
+    /// Also check whether a show that runs plays this configuration, and what it needs: a plan that a guard can prove
+    /// to its end, room for the recording, free ports, a way to each desk of `[[show.also]]`, pages that browsers
+    /// reach, and timecode that arrives.
     #[arg(long)]
     pub(crate) tonight: bool,
     /// Folder of the show, as for `show`, whose disk is checked [default: the current folder]. With --tonight, the check sheet is
     /// written into it.
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) out: Option<PathBuf>,
-    #[command(flatten)]
+    #[command(flatten, next_help_heading = "Flags of the show, for the checks of --tonight")]
     pub(crate) manner: MannerArgs,
     #[command(flatten)]
     pub(crate) run: RunArgs,

@@ -278,7 +278,7 @@ mod tests {
 
     #[test]
     fn problems_stand_before_warnings() {
-        let findings = [("a", Finding::warning("", "slow", "wait")), ("b", Finding::problem("", "broken", "mend"))];
+        let findings = [("a", Finding::warning("", "slow", "wait")), ("b", Finding::problem("", "broken", "fix"))];
         let sheet = sheet(&findings, &Config::from_toml("").expect("valid"));
         let table = to_settle(&sheet.examination.checks.iter().collect::<Vec<_>>());
         let names: Vec<&str> = table.rows.iter().map(|row| &*row[1]).collect();

@@ -93,7 +93,7 @@ fn judge_plan(config: &Config, from_s: f64, end_s: f64) -> Finding {
             break;
         }
     }
-    // Rounded down: what is told is proved.
+    // Rounded down, so that the printed value is proved.
     let formation = config.formation();
     let stop_s = if formation.has_plan_course() {
         formation.plan_s(proven.end_m())

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 
 use super::RecordArgs;
 use crate::cli::flags::BadInput;
-use crate::cli::print::{Progress, complain, print_report};
+use crate::cli::print::{Progress, print_report, print_to_stderr};
 use crate::output::Counted;
 use crate::output::terminal_text::Printable;
 use crate::recording::{BackgroundRepair, Repair, RepairError, recordings_in, repair, repair_checked};
@@ -18,7 +18,7 @@ pub(super) fn repair_all(args: &RecordArgs) -> anyhow::Result<ExitCode> {
         if let Err(error) = repair_one(args, &file)
             && let Some(earlier) = failure.replace(error)
         {
-            complain(&format!("error: {earlier:#}"));
+            print_to_stderr(&format!("error: {earlier:#}"));
         }
     }
     failure.map_or(Ok(ExitCode::SUCCESS), Err)
@@ -70,7 +70,7 @@ pub(super) fn begin_repairs(folder: &Path) -> Option<BackgroundRepair> {
 fn report_repair(repaired: Result<Repair, RepairError>) {
     match repaired {
         Ok(Repair { path, frames, .. }) => {
-            complain(&format!(
+            print_to_stderr(&format!(
                 "finished {}, which a killed recorder left: {}",
                 Printable(&path),
                 Counted(frames, "frame")

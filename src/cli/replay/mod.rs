@@ -10,8 +10,8 @@ use clap::{Args, ValueHint};
 use serde::Serialize;
 
 use crate::cli::flags::{BusArgs, Format, FormatArgs, IntervalArgs, ReaderArgs, count, within};
-use crate::cli::parts::{complain_of_gaps, complain_of_part, find_parts};
-use crate::cli::print::{complain_of_flaws, percentiles, print_json, print_notice, print_report};
+use crate::cli::parts::{find_parts, warn_of_gaps, warn_of_part};
+use crate::cli::print::{percentiles, print_json, print_notice, print_report, warn_of_flaws};
 use crate::output::Counted;
 use crate::output::terminal_text::Printable;
 use crate::source::replay::{Pass, PassSummary, RATE, Replay, ReplaySettings, ReplaySummary};
@@ -94,7 +94,7 @@ pub(crate) fn run(args: &ReplayArgs) -> anyhow::Result<ExitCode> {
     let stop = StopFlag::on_signals()?;
     let settings = settings(args)?;
     let (named, are_joined) = (settings.parts.named.clone(), settings.parts.are_joined());
-    complain_of_part(&settings.parts);
+    warn_of_part(&settings.parts);
     let mut replay = Replay::open(&domain, settings)?;
     while let Some(pass) = replay.next_pass(stop.as_atomic())? {
         announce(args, &named, &pass)?;
@@ -102,10 +102,10 @@ pub(crate) fn run(args: &ReplayArgs) -> anyhow::Result<ExitCode> {
     }
     let (summary, findings) = replay.finish();
     for file in findings.flawed {
-        complain_of_flaws(&file.file, file.flaws, "replayed");
+        warn_of_flaws(&file.file, file.flaws, "replayed");
     }
     if let Some(coverage) = findings.coverage.filter(|_| are_joined) {
-        complain_of_gaps(&coverage);
+        warn_of_gaps(&coverage);
     }
     if args.format.format == Format::Json {
         print_json(&ReplayLine::Summary(summary))?;

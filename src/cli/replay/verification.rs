@@ -9,7 +9,7 @@ use serde::Serialize;
 use crate::cli::exit_status::UNVERIFIABLE;
 use crate::cli::flags::{BadInput, Format};
 use crate::cli::parts::{find_parts, gap_lines, part_of, part_text};
-use crate::cli::print::{Progress, complain, complain_of_flaws, print_json, print_line, print_report};
+use crate::cli::print::{Progress, print_json, print_line, print_report, print_to_stderr, warn_of_flaws};
 use crate::output::Counted;
 use crate::output::terminal_text::Printable;
 use crate::recording::{Coverage, FlawedFile, PartOf, Parts};
@@ -70,10 +70,10 @@ pub(super) fn run(files: &[PathBuf], format: Format) -> anyhow::Result<ExitCode>
         print_report(format, &VerificationLine::Run(run.clone()), run_text(run))?;
     }
     for flawed in &verification.flawed {
-        complain_of_flaws(&flawed.file, flawed.flaws, "verified");
+        warn_of_flaws(&flawed.file, flawed.flaws, "verified");
     }
     if verification.is_interrupted {
-        complain("interrupted: the remaining frames were not verified");
+        print_to_stderr("interrupted: the remaining frames were not verified");
     }
     let (status, part) = (status(&verification, &parts), part_of(&parts));
     match format {

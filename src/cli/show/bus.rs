@@ -42,8 +42,8 @@ pub struct LastSeen {
     pub header: Option<FrameHeader>,
     /// The newest status.
     pub status: Option<Status>,
-    /// The speed of the head when it last walked, in metres per show second.
-    pub walking_speed_mps: Option<f64>,
+    /// The last ordered speed along the course, in metres per show second.
+    pub ordered_mps: Option<f64>,
     /// Whether the show was paused when it was last not held. A hold hides a pause.
     pub is_paused: bool,
     /// Run and tick of the last frame that was paused.
@@ -55,7 +55,7 @@ impl LastSeen {
     pub fn see_frame(&mut self, header: &FrameHeader) {
         match header.show_state() {
             Some(ShowState::Running) => {
-                (self.walking_speed_mps, self.is_paused) = (Some(header.course_mps), false);
+                self.is_paused = false;
             }
             Some(ShowState::Paused) => {
                 (self.is_paused, self.paused_at) = (true, Some((header.run_id, header.tick)));
@@ -64,6 +64,11 @@ impl LastSeen {
             _ => {}
         }
         self.header = Some(*header);
+    }
+
+    /// Notes a command's event.
+    pub fn see_event(&mut self, event: &CommandEvent) {
+        self.ordered_mps = event.ordered_mps().or(self.ordered_mps);
     }
 
     /// Notes a status. It names the operator's pause where a frame's state hides it: held, ready and finished.
@@ -115,6 +120,8 @@ impl LastSeen {
 
 #[cfg(test)]
 mod tests {
+    use bench_dragon_ipc::{CommandReply, Refusal, Request};
+
     use super::*;
 
     fn frame(state: ShowState, head_travel_m: f64) -> FrameHeader {
@@ -179,10 +186,31 @@ mod tests {
     }
 
     #[test]
+    fn a_server_killed_during_a_ramp_starts_again_with_the_ordered_speed() {
+        let event = |request: Request, refused: Option<Refusal>, course_mps: f64| {
+            let reply = refused.map_or(CommandReply::accepted(1, 9), |refusal| CommandReply::refused(1, 9, refusal));
+            CommandEvent::answered(&request.to_wire(), &reply).ordering(course_mps)
+        };
+        let mut seen = LastSeen::default();
+        seen.see_frame(&frame(ShowState::Running, 7.0));
+        let speed = |seen: &LastSeen| {
+            let start = seen.resumption(super::super::ResumptionSettings::default()).expect("a frame has arrived");
+            start.args().into_iter().find(|arg| arg.starts_with("--start-speed="))
+        };
+        assert_eq!(speed(&seen), None);
+        seen.see_event(&event(Request::Pace { factor: 0.5 }, None, 0.6));
+        assert_eq!(speed(&seen), Some("--start-speed=0.6".to_owned()));
+        seen.see_event(&event(Request::Speed { speed_mps: 99.0 }, Some(Refusal::Unknown), 0.6));
+        seen.see_event(&event(Request::Hold, None, 0.6));
+        seen.see_frame(&frame(ShowState::Stopping, 7.1));
+        assert_eq!(speed(&seen), Some("--start-speed=0.6".to_owned()));
+    }
+
+    #[test]
     fn a_pause_stays_through_a_hold_and_ends_with_a_running_frame() {
         let mut seen = LastSeen::default();
         seen.see_frame(&frame(ShowState::Running, 1.0));
-        assert_eq!((seen.is_paused, seen.walking_speed_mps), (false, Some(0.8)));
+        assert!(!seen.is_paused);
         seen.see_frame(&frame(ShowState::Paused, 1.0));
         seen.see_frame(&frame(ShowState::Held, 1.0));
         assert!(seen.is_paused && seen.is_held());

@@ -65,7 +65,12 @@ impl Folder {
         create_private(&path).map_err(|error| {
             BadInput(format!("--out is {}, must be a folder that can be created: {error}", path.display()))
         })?;
-        let config = write_config(&path, config)?;
+        let config = write_config(&path, config).inspect_err(|_| {
+            if is_new {
+                // A failure to remove it is ignored, because the first error is reported.
+                let _ = fs::remove_dir(&path);
+            }
+        })?;
         Ok(Self { path, is_new, config_file: config })
     }
 
@@ -139,8 +144,10 @@ fn write_config(folder: &Path, config: &Config) -> anyhow::Result<File> {
             Err(used_before(folder, SUMMARY).into())
         }
         Ok(mut file) => {
-            file.lock().and_then(|()| file.write_all(config.to_toml().as_bytes())).with_context(cannot_write)?;
-            Ok(file)
+            let written = file.lock().and_then(|()| file.write_all(config.to_toml().as_bytes()));
+            // A disk without room leaves an empty file, which would look like that of an earlier show.
+            let written = written.inspect_err(|_| drop(fs::remove_file(&path)));
+            written.with_context(cannot_write).map(|()| file)
         }
         Err(error) if error.kind() == ErrorKind::AlreadyExists => Err(refusal(folder, &path).into()),
         Err(error) => Err(error).with_context(cannot_write),

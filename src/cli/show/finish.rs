@@ -42,7 +42,7 @@ impl Show<'_> {
         self.reports.close_monitor();
         // A monitor that lags finds a contact after the server has ended.
         let outcome = self.outcome(played, over);
-        self.tell_pages(&outcome);
+        self.send_outcome(&outcome);
         self.reports.totals.summary.outcome = Some(outcome);
         self.finish_recording();
         set_live_line(None);

@@ -101,7 +101,7 @@ pub(crate) struct ShowArgs {
 #[derive(Clone, Copy, Debug, Args)]
 #[expect(clippy::struct_excessive_bools, reason = "each is a flag")]
 pub(crate) struct MannerArgs {
-    /// Start held: the dragon stands still until `ctl release`.
+    /// Wait at the start: the dragon stands still until `ctl release`.
     #[arg(long)]
     pub(crate) held: bool,
     /// Play a performance: only `ctl stop` or Ctrl-C ends the show [also by configuration: `[show] stay = true`].

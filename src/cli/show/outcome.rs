@@ -175,7 +175,7 @@ impl Show<'_> {
     }
 
     /// Sends the outcome to the page, which shows it as long as it is open.
-    pub(super) fn tell_pages(&mut self, outcome: &Outcome) {
+    pub(super) fn send_outcome(&mut self, outcome: &Outcome) {
         let line = serde_json::to_string(outcome).expect("numbers and strings are JSON");
         self.children.write_last_line(ChildRole::View, &line);
     }

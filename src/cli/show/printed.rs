@@ -35,7 +35,11 @@ pub(super) fn print_summary(format: Format, summary: &ShowSummary, folder: &Fold
     print_line(format_args!("overruns        {}{behind}", summary.overruns))?;
     print_restarts(summary)?;
     print_line(format_args!("folder          {}", Printable(&folder.path)))?;
-    print_line(format_args!("report          {}", Printable(&folder.report())))?;
+    if folder.report().exists() {
+        print_line(format_args!("report          {}", Printable(&folder.report())))?;
+    } else {
+        print_line("report          not written")?;
+    }
     Ok(())
 }
 

@@ -39,7 +39,7 @@ impl LastSeen {
         Some(Resumption {
             start_s: header.show_time_s(),
             travel_m: header.course_m,
-            speed_mps: self.walking_speed_mps,
+            speed_mps: self.ordered_mps,
             is_paused: self.is_paused && !follows_timecode,
             is_ready,
             is_held: !is_ready && (!auto_resume || self.is_held() || was_paused),

@@ -67,16 +67,17 @@ impl Show<'_> {
             follows_timecode: self.args.run.timecode.source.is_some(),
             has_timecode_run: self.reports.has_timecode_run,
         };
-        let resumption = self.seen.resumption(settings)?;
-        if resumption.is_held {
-            let instance = self.domain.instance();
-            let is_formation = self.config.named().is_some();
-            let (what, on) = if is_formation { ("show", "go on") } else { ("dragon", "walk on") };
-            log(&format!(
-                "the {what} is held at its last position: `bench-dragon ctl release --instance {instance}` lets it {on}"
-            ));
-        }
-        Some(resumption)
+        self.seen.resumption(settings)
+    }
+
+    /// Logs that a restarted server holds the show.
+    pub(super) fn announce_hold(&self) {
+        let instance = self.domain.instance();
+        let is_formation = self.config.named().is_some();
+        let (what, on) = if is_formation { ("show", "go on") } else { ("dragon", "walk on") };
+        log(&format!(
+            "the {what} is held at its last position: `bench-dragon ctl release --instance {instance}` lets it {on}"
+        ));
     }
 
     /// A command of the program that prints JSON for the show.

@@ -112,7 +112,10 @@ impl Show<'_> {
         }
         let status = bus.status.poll()?;
         // A source publishes events before the status that shows their effect.
+        let mut is_held_again = false;
         while let Some(event) = bus.next_command()? {
+            self.seen.see_event(&event);
+            is_held_again |= event.run_start().is_some_and(|start| start.is_restarted && start.is_held);
             if let Some(cue) = self.reports.course.take_command(event) {
                 log(&cue);
             }
@@ -124,6 +127,9 @@ impl Show<'_> {
         }
         for pid in bus.living_readers() {
             self.children.hear_process(pid);
+        }
+        if is_held_again {
+            self.announce_hold();
         }
         Ok(())
     }

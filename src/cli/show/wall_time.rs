@@ -7,7 +7,7 @@ use jiff::tz::TimeZone;
 use jiff::{Timestamp, Zoned};
 use serde::{Serialize, Serializer};
 
-use crate::cli::print::complain;
+use crate::cli::print::print_to_stderr;
 
 /// A wall time. Printed, and in JSON, it is RFC 3339 in UTC with milliseconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
@@ -54,5 +54,5 @@ impl Serialize for WallTime {
 
 /// Prints a line of the show's log on stderr. It begins with the wall time in the time zone of this machine.
 pub(super) fn log(line: &str) {
-    complain(&format!("{}  {line}", WallTime::now().local().strftime("%H:%M:%S")));
+    print_to_stderr(&format!("{}  {line}", WallTime::now().local().strftime("%H:%M:%S")));
 }

@@ -18,7 +18,7 @@ use super::stage::StageAnswer;
 use super::{CLEARANCE_M, SPEED_RATIO, TooFast, WorkArgs, contest, formation, interrupt, load_any_plan, xlsx};
 use crate::cli::flags::{BadInput, ConfigArgs, Format, FormatArgs, step, within};
 use crate::cli::in_file;
-use crate::cli::print::{Progress, complain, print_json, print_line};
+use crate::cli::print::{Progress, print_json, print_line, print_to_stderr};
 use crate::config::{Config, NEAR_M, PlanDocument};
 use crate::output::Counted;
 use crate::output::figure::{ClearanceOverTime, ContactMark, ContactView, NearMissMark};
@@ -136,7 +136,7 @@ fn of_one_dragon(args: &ContactArgs, config: &Config) -> anyhow::Result<()> {
     let (start_m, end_m) = (dragon.start_travel_m(), dragon.end_travel_m());
     let clearance_m = args.clearance.unwrap_or(0.0);
     if let Some(fact) = args.clearance.and_then(|clearance_m| config.under_play("--clearance", clearance_m)) {
-        complain(&format!("warning: {fact}: boards this far apart may touch as they move in their hinges"));
+        print_to_stderr(&format!("warning: {fact}: boards this far apart may touch as they move in their hinges"));
     }
     let searched = first_within(&dragon.metered(&args.work.meter()), clearance_m, start_m, end_m);
     let contact = searched.ok().flatten();
@@ -198,7 +198,7 @@ fn draw(
             "--figure has nothing to show: benches touch at the start already"
         );
         let figure = clearance_over_time(args, config, to_m, contact, &profile.near_misses);
-        return args.figure.save_and_tell(figure.draw(), args.format.format);
+        return args.figure.save_and_report(figure.draw(), args.format.format);
     }
     let &Contact { travel_m, benches, .. } =
         contact.context("--figure has nothing to show: no benches touch before the run ends")?;
@@ -209,7 +209,7 @@ fn draw(
     let dragon = config.lead();
     let pair = pair(dragon, travel_m, Some(benches)).expect("it is the pair of these benches");
     let view = ContactView { caption, dragon: in_plan(config, dragon, travel_m), pair };
-    args.figure.save_and_tell(view.draw(), args.format.format)
+    args.figure.save_and_report(view.draw(), args.format.format)
 }
 
 /// The clearance up to a travel, with its near misses.

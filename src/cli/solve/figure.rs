@@ -26,7 +26,7 @@ pub(crate) struct FigureArgs {
     /// Draw a figure into this file, .svg, .pdf or .png; an existing file is replaced.
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, value_parser = figure)]
     pub(crate) figure: Option<FigureFile>,
-    /// Heading in large letters above the figure, such as the name of the show, 1 to 80 letters [default: none].
+    /// Heading in large letters above the figure, such as the name of the show, 1 to 80 ASCII letters, digits and signs [default: none].
     #[arg(long, value_name = "TEXT", requires = "figure", value_parser = title)]
     pub(crate) title: Option<String>,
     /// Fill a sheet of this size, in portrait or landscape, whichever shows more: a0 to a4, letter, tabloid [default: 160 mm
@@ -54,7 +54,7 @@ impl FigureArgs {
     }
 
     /// Writes a drawing, and prints the file's path if the format is text.
-    pub(super) fn save_and_tell(&self, drawing: Drawing, format: Format) -> anyhow::Result<()> {
+    pub(super) fn save_and_report(&self, drawing: Drawing, format: Format) -> anyhow::Result<()> {
         self.save(drawing)?;
         match &self.figure {
             Some(file) if format == Format::Text => Ok(print_line(format_args!("drawn to {}", Printable(&file.path)))?),

@@ -120,7 +120,7 @@ fn what(clearance_m: f64) -> String {
 /// Writes the figure of a meeting, if it is requested.
 fn save(figure: &FigureArgs, view: Option<FormationView>, format: Format) -> anyhow::Result<()> {
     match view {
-        Some(view) if figure.is_asked() => figure.save_and_tell(view.draw(), format),
+        Some(view) if figure.is_asked() => figure.save_and_report(view.draw(), format),
         _ => figure.refuse("no contact is found"),
     }
 }

@@ -47,7 +47,7 @@ pub(super) fn routes(args: &RouteArgs, document: &FormationDocument) -> anyhow::
     if figure.is_asked() {
         let title = format!("The routes of {}, and where they start", Counted(texts.len() as u64, "dragon"));
         let view = formation_view(figure, document, document.start_s(), title, None);
-        figure.save_and_tell(FormationView { shows_routes: true, ..view }.draw(), args.answer.format.format)?;
+        figure.save_and_report(FormationView { shows_routes: true, ..view }.draw(), args.answer.format.format)?;
     }
     match &args.answer.save_config {
         Some(path) => interrupt::write(path, document.to_toml().as_bytes()),

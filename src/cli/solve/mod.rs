@@ -6,12 +6,12 @@ use std::process::ExitCode;
 
 use anyhow::bail;
 use bench_dragon_geometry::dragon::Meter;
-use clap::{Args, Subcommand, ValueHint};
+use clap::{Arg, Args, Subcommand, ValueHint};
 use serde::Serialize;
 
 use self::figure::FigureArgs;
 use crate::cli::flags::{BadInput, ConfigArgs, FormatArgs, within};
-use crate::cli::{complain_of, exit_status, in_file, load_document, reading};
+use crate::cli::{exit_status, in_file, load_document, print_error, reading};
 use crate::config::{Config, ConfigDocument, Cue, FormationDocument, PlanDocument};
 use crate::output::terminal_text::Printable;
 
@@ -84,7 +84,7 @@ pub(crate) fn run(question: Question) -> anyhow::Result<ExitCode> {
         return answered.map(|()| ExitCode::SUCCESS);
     }
     if let Err(reason) = answered {
-        complain_of(&reason);
+        print_error(&reason);
     }
     Ok(ExitCode::from(exit_status::CANCELLED))
 }
@@ -123,10 +123,15 @@ pub(crate) struct AnswerArgs {
 #[derive(Clone, Copy, Debug, Args)]
 pub(crate) struct WorkArgs {
     /// Most work for the answer, in millions of steps of about 50 ns, 1 to 1000000000; if it is not enough, the answer states
-    /// how far it reached [default: 100; 300 for profile, sensitivity and --shortest; 1000 for
-    /// schedule].
+    /// how far it reached [default: 100].
     #[arg(long, value_name = "MILLIONS", allow_negative_numbers = true, value_parser = within(1..=1_000_000_000_u64))]
     pub(crate) work: Option<u64>,
+}
+
+/// The flag `--work` of a question with another default.
+pub(super) fn work_default(arg: Arg, default: &str) -> Arg {
+    let help = arg.get_help().map(ToString::to_string).unwrap_or_default();
+    arg.help(help.replace("[default: 100]", &format!("[default: {default}]")))
 }
 
 impl WorkArgs {

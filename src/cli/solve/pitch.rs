@@ -7,7 +7,7 @@ use clap::Args;
 use serde::Serialize;
 
 use super::figure::{pair, plan_of};
-use super::{AnswerArgs, CLEARANCE_M, load_plan, save_config};
+use super::{AnswerArgs, CLEARANCE_M, load_plan, save_config, work_default};
 use crate::cli::flags::{BadInput, ConfigArgs, finite, within};
 use crate::cli::in_file;
 use crate::cli::print::print_report;
@@ -16,6 +16,7 @@ use crate::output::figure::{Circle, PlanView};
 
 /// Find the smallest pitch of a spiral on which the head reaches a circle without a contact.
 #[derive(Clone, Debug, Args)]
+#[command(mut_arg("work", |arg| work_default(arg, "100; 300 on hills and for play in the hinges")))]
 #[command(after_help = "Examples:
   bench-dragon solve pitch --turn-diameter 9 --figure pitch.svg
   bench-dragon solve pitch --turn-diameter 9 --clearance 0.05
@@ -126,7 +127,7 @@ fn draw(
     let circle = Circle { centre, radius_m: 0.5 * turn_diameter_m, name };
     let pair = pair(tightest.lead(), travel_m, benches);
     let view = PlanView { circle: Some(circle), pair, ..plan_of(tightest, tightest.lead(), caption, travel_m) };
-    args.answer.figure.save_and_tell(view.draw(), args.answer.format.format)
+    args.answer.figure.save_and_report(view.draw(), args.answer.format.format)
 }
 
 /// The answer, for JSON and as text.

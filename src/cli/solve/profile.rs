@@ -16,7 +16,7 @@ use serde::Serialize;
 
 use super::figure::even_travels;
 use super::turn::{TurnPlanArgs, asks_for_turn, planned_turn};
-use super::{AnswerArgs, interrupt, load_any_plan, save_config};
+use super::{AnswerArgs, interrupt, load_any_plan, save_config, work_default};
 use crate::cli::flags::{BadInput, ConfigArgs, within};
 use crate::cli::in_file;
 use crate::cli::print::print_report;
@@ -30,6 +30,7 @@ use crate::output::figure::{SpeedLine, SpeedProfile};
 /// walks evenly, after a ramp. No handle exceeds the limit anywhere: this is proved, also between samples. With --config the planned
 /// run counts, with a rest where a cue waits; without it, or with flags for a turn, the whole passage of all benches through the turn.
 #[derive(Clone, Debug, Args)]
+#[command(mut_arg("work", |arg| work_default(arg, "300")))]
 #[command(after_help = "Examples:
   bench-dragon solve profile --limit 2 --accel 0.5
   bench-dragon solve profile --limit 2 --accel 0.5 --within 5% --figure profile.svg
@@ -119,7 +120,7 @@ pub(super) fn run(args: &ProfileArgs) -> anyhow::Result<()> {
     };
     if args.answer.figure.is_asked() {
         let view = speeds(args, &config, &run.dragon, &limits, profile);
-        args.answer.figure.save_and_tell(view.draw(), args.answer.format.format)?;
+        args.answer.figure.save_and_report(view.draw(), args.answer.format.format)?;
     }
     let Some(path) = &args.answer.save_config else { return Ok(()) };
     interrupt::write(path, saved(&config, run, &limits, &profile.quickest)?.as_bytes())
@@ -247,10 +248,11 @@ fn text(args: &ProfileArgs, limits: &RunLimits, answer: &ProfileAnswer) -> Strin
             Fixed::<2>(above)
         ),
         format!(
-            "at the best constant speed, {:.6} m/s, it takes {constant_s:.3} s: the cues save {} s, {} %",
+            "at the best constant speed, {:.6} m/s, it takes {constant_s:.3} s: the cues {} {} s, {} %",
             answer.constant_speed_mps.unwrap_or_default(),
-            Fixed::<3>(constant_s - duration_s),
-            Fixed::<1>(100.0 * answer.gain.unwrap_or_default())
+            if duration_s <= constant_s { "save" } else { "cost" },
+            Fixed::<3>((constant_s - duration_s).abs()),
+            Fixed::<1>(100.0 * answer.gain.unwrap_or_default().abs())
         ),
         format!("{}, at show time in s, to m/s:", Counted(answer.cues.len() as u64, "cue")),
     ];

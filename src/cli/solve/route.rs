@@ -115,7 +115,7 @@ pub(super) fn run(args: &RouteArgs) -> anyhow::Result<()> {
     };
     args.answer.keep_files_apart(&document)?;
     let route = in_file(&args.config, document.curve())?;
-    let placed = place(&document, &route);
+    let placed = place(&args.config, &document, &route)?;
     let standing_m = placed.as_ref().map_or(document.dimensions().links_m(), |config| standing_m(config.lead()));
     let survey = RouteSurvey::of(&route, document.route(), standing_m, &args.answer.work.meter());
     let stage = match &placed {
@@ -131,13 +131,13 @@ pub(super) fn run(args: &RouteArgs) -> anyhow::Result<()> {
     }
 }
 
-/// Places the dragon on its route.
-fn place(document: &ConfigDocument, route: &Route) -> Result<Config, DragonError> {
-    if let Ok(config) = document.clone().build() {
-        return Ok(config);
+/// Places the dragon on its route. A dragon that does not fit there is an answer. Fails for any other fault of the configuration.
+fn place(config: &ConfigArgs, document: &ConfigDocument, route: &Route) -> anyhow::Result<Result<Config, DragonError>> {
+    let built = document.clone().build();
+    if let (Err(_), Err(error)) = (&built, document.place(Arc::new(route.clone()))) {
+        return Ok(Err(error));
     }
-    let placed = document.place(Arc::new(route.clone()));
-    Err(placed.expect_err("the same dragon was rejected"))
+    in_file(config, built).map(Ok)
 }
 
 /// Length of the route on which the dragon stands at the start.
@@ -333,5 +333,5 @@ fn draw(
         tight_spot: tight_spot(placed.as_ref()).map(|spot| spot.point),
         leaving: answer.stage.as_ref().and_then(StageAnswer::point_m).map(DVec2::from),
     };
-    figure.save_and_tell(view.draw(), args.answer.format.format)
+    figure.save_and_report(view.draw(), args.answer.format.format)
 }

@@ -8,7 +8,7 @@ use clap::Args;
 use serde::Serialize;
 
 use super::schedule_figure::DrawnPlan;
-use super::{AnswerArgs, CLEARANCE_M, interrupt, load_any_plan, require_no_cues, require_several};
+use super::{AnswerArgs, CLEARANCE_M, interrupt, load_any_plan, require_no_cues, require_several, work_default};
 use crate::cli::flags::{BadInput, ConfigArgs, Format, within};
 use crate::cli::in_file;
 use crate::cli::print::{print_bytes, print_json, print_line};
@@ -17,6 +17,7 @@ use crate::output::table::{self, Cell, Column, Table};
 
 /// Find where dragons pass each other, who is first, and how much later or earlier each may leave.
 #[derive(Clone, Debug, Args)]
+#[command(mut_arg("work", |arg| work_default(arg, "1000")))]
 #[command(after_help = "Examples:
   bench-dragon solve schedule --config two-dragons.toml
   bench-dragon solve schedule --config square.toml --clearance 0.5 --save-config scheduled.toml
@@ -140,7 +141,7 @@ pub(super) fn run(args: &ScheduleArgs) -> anyhow::Result<()> {
     if figure.is_asked() {
         let drawn = DrawnPlan { figure, document: &document, schedule: &schedule, passings: &passings, clearance_m };
         let drawing = pair.map_or_else(|| drawn.chart(), |pair| drawn.diagram(pair));
-        figure.save_and_tell(drawing, args.answer.format.format)?;
+        figure.save_and_report(drawing, args.answer.format.format)?;
     }
     match &args.answer.save_config {
         Some(path) => interrupt::write(path, document.to_toml().as_bytes()),

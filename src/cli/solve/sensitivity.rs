@@ -7,7 +7,7 @@ use clap::{Args, ValueHint};
 use serde::Serialize;
 
 use super::figure::FigureArgs;
-use super::{WorkArgs, formation_survey, interrupt, load_any_plan, require_no_cues, xlsx};
+use super::{WorkArgs, formation_survey, interrupt, load_any_plan, require_no_cues, work_default, xlsx};
 use crate::cli::flags::{BadInput, ConfigArgs, Format, FormatArgs, within};
 use crate::cli::in_file;
 use crate::cli::print::{Progress, print_bytes, print_json, print_line};
@@ -17,6 +17,7 @@ use crate::output::table::{self, Cell, Column, Table};
 
 /// Compute how first contact, least clearance, largest speed and smallest pitch change with each parameter.
 #[derive(Clone, Debug, Args)]
+#[command(mut_arg("work", |arg| work_default(arg, "300")))]
 #[command(after_help = "Examples:
   bench-dragon solve sensitivity
   bench-dragon solve sensitivity --range 10 --parameter pitch,width --xlsx sensitivity.xlsx --figure sensitivity.svg")]

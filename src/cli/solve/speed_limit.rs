@@ -67,7 +67,7 @@ pub(super) fn run(args: &SpeedLimitArgs) -> anyhow::Result<()> {
     print_report(args.answer.format.format, &answer, text)?;
     if let (true, Ok(dragon), Ok(largest)) = (args.answer.figure.is_asked(), &passage, &largest) {
         let view = speeds_over_time(args, &config, dragon, largest);
-        args.answer.figure.save_and_tell(view.draw(), args.answer.format.format)?;
+        args.answer.figure.save_and_report(view.draw(), args.answer.format.format)?;
     }
     if let Some(reason) = answer.infeasible.as_ref().or(answer.undecided.as_ref()) {
         args.answer.figure.refuse(reason)?;

@@ -38,7 +38,7 @@ pub(crate) struct SweepArgs {
     /// Draw the area into this file, .svg, .pdf or .png, or write its borders in metres, .dxf or .geojson; an existing file is replaced.
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, value_parser = floor_file)]
     pub(crate) figure: Option<FloorFile>,
-    /// Heading in large letters above the figure, such as the name of the show, 1 to 80 letters [default: none].
+    /// Heading in large letters above the figure, such as the name of the show, 1 to 80 ASCII letters, digits and signs [default: none].
     #[arg(long, value_name = "TEXT", requires = "figure", value_parser = title)]
     pub(crate) title: Option<String>,
     /// Fill a sheet of this size, in portrait or landscape, whichever shows more: a0 to a4, letter, tabloid [default: 160 mm
@@ -264,7 +264,7 @@ fn save(args: &SweepArgs, config: &Config, area: Option<&SweptArea>, answer: &Sw
         let plan = FloorPlan { swept: area.parts.clone(), stage, marks: Vec::new() };
         let text = if matches!(format, FloorFormat::Dxf) { plan.to_dxf() } else { plan.to_geojson() };
         interrupt::write(path, text.as_bytes())?;
-        return told(args);
+        return print_path(args);
     };
     let dragons = config.formation().dragons().len();
     let who = if dragons > 1 { Counted(dragons as u64, "dragon").to_string() } else { "the dragon".to_owned() };
@@ -285,11 +285,11 @@ fn save(args: &SweepArgs, config: &Config, area: Option<&SweptArea>, answer: &Sw
     };
     let figure = Some(FigureFile { path: path.clone(), format });
     FigureArgs { figure, title: None, paper: args.paper }.save(view.draw())?;
-    told(args)
+    print_path(args)
 }
 
 /// Prints the path of the written file, if the format is text.
-fn told(args: &SweepArgs) -> anyhow::Result<()> {
+fn print_path(args: &SweepArgs) -> anyhow::Result<()> {
     match &args.figure {
         Some(file) if args.format.format == Format::Text => {
             Ok(print_line(format_args!("drawn to {}", Printable(&file.path)))?)

@@ -16,14 +16,15 @@ use serde::Serialize;
 use super::figure::{on_turn, pair, plan_of};
 use super::shortest_turn::{Shortest, find_shortest_for_play};
 use super::turn_play::{TurnPlay, earliest_on_passage};
-use super::{AnswerArgs, CLEARANCE_M, SPEED_RATIO, TooFast, WorkArgs, interrupt, load_plan, save_config};
+use super::{AnswerArgs, CLEARANCE_M, SPEED_RATIO, TooFast, WorkArgs, interrupt, load_plan, save_config, work_default};
 use crate::cli::flags::{BadInput, ConfigArgs, finite, within};
-use crate::cli::print::{Progress, complain, print_report};
+use crate::cli::print::{Progress, print_report, print_to_stderr};
 use crate::config::{Config, HeadTable};
 use crate::output::figure::PlanView;
 
 /// Check whether the dragon passes a turnaround, and find its least clearance and its largest speed.
 #[derive(Clone, Debug, Args)]
+#[command(mut_arg("work", |arg| work_default(arg, "100; 300 with --shortest")))]
 #[command(after_help = "Examples:
   bench-dragon solve turn
   bench-dragon solve turn --pitch 1.5 --radius-ratio 1.2
@@ -131,7 +132,7 @@ pub(super) fn run(args: &TurnArgs) -> anyhow::Result<()> {
     let clearance_m = args.clearance.or(default(SHORTEST_CLEARANCE_M.max(margin_m)));
     let max_ratio = args.max_ratio.or(default(SHORTEST_MAX_RATIO));
     if let Some(clearance_m) = clearance_m.filter(|clearance_m| *clearance_m < margin_m) {
-        complain(&format!(
+        print_to_stderr(&format!(
             "warning: --clearance {clearance_m} is under margin_m {margin_m}: a guard may stop this turn"
         ));
     }
@@ -193,7 +194,7 @@ fn draw(args: &TurnArgs, config: &Config, turn: &PlannedTurn, passage: &TurnPass
     let title = format!("The dragon {what}, at {} s", Fixed::<6>(time_s(config, travel_m)));
     let plan = plan_of(config, &dragon, args.answer.figure.caption(config, title), travel_m);
     let view = PlanView { pair: pair(&dragon, travel_m, benches), ..on_turn(plan, turn.turnaround()) };
-    args.answer.figure.save_and_tell(view.draw(), args.answer.format.format)
+    args.answer.figure.save_and_report(view.draw(), args.answer.format.format)
 }
 
 fn time_s(config: &Config, travel_m: f64) -> f64 {

@@ -13,7 +13,7 @@ use ratatui::crossterm::event::Event as Input;
 use rustix::io::Errno;
 
 use crate::cli::flags::BusArgs;
-use crate::cli::print::complain;
+use crate::cli::print::print_to_stderr;
 use crate::command_queue::{CommandQueue, HOLD_PATIENCE};
 use crate::display::observe::{Observer, Snapshot};
 use crate::display::watch::{Appearance, CommandOutcome, Glyphs, KeyAction, Screen, draw};
@@ -66,7 +66,7 @@ pub(crate) fn run(args: &WatchArgs) -> anyhow::Result<ExitCode> {
     drop(display);
     commands.finish();
     for reply in mailbox.replies() {
-        complain(&reply.text);
+        print_to_stderr(&reply.text);
     }
     observing.join().map_err(|_| anyhow::anyhow!("the observer panicked"))?;
     watched.map(|()| ExitCode::SUCCESS)
@@ -168,7 +168,7 @@ impl CommandSender {
     /// Commands that are unanswered after [`ANSWER_DELAY`] are printed.
     fn finish(self) {
         for request in self.commands.close(ANSWER_DELAY, |_| true) {
-            complain(&format!("{}, waiting for the server's answer", CommandOutcome::sent(request).text));
+            print_to_stderr(&format!("{}, waiting for the server's answer", CommandOutcome::sent(request).text));
         }
         self.commands.close(HOLD_PATIENCE, |_| true);
     }

@@ -6,7 +6,8 @@
 //! - *Clock:* the bridge publishes the Unix time of the newest frame, so a viewer on another machine has the clock of this one. It stands
 //!   while no frames arrive. Show time would run backwards at a seek, and viewers then forget all that they have.
 //! - *Back-pressure:* each batch of messages ends with a ping. At most two batches are unanswered, and the next one always has
-//!   the newest frame. So a slow viewer gets fewer messages, and delays neither the bridge nor another viewer. Skipped messages are counted.
+//!   the newest frame. So a slow viewer gets fewer messages, and delays neither the bridge nor another viewer. Skipped
+//!   messages are counted.
 //! - *Access:* as for the page ([`super::web`]). A viewer shows the token in the query of the address, since it can set no headers. A
 //!   page of another site, such as a viewer's in a browser, is served with the token alone.
 //! - *Services* are the commands. They exist with `--steer`, and only for viewers with the token.

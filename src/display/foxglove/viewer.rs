@@ -79,7 +79,7 @@ pub(super) struct Viewer {
     /// Number of frames at the last look.
     looked_at: u64,
     unreadable: u32,
-    /// Replies to calls that wait to be sent.
+    /// Replies to calls that wait to be sent: at most one for each command that the queue holds, and [`MAX_REPLIES`] more.
     replies: (mpsc::UnboundedSender<Message>, mpsc::UnboundedReceiver<Message>),
 }
 
@@ -189,11 +189,11 @@ impl Viewer {
             }
             Some(Ok(Message::Text(text))) => match read_request(&text) {
                 Ok(request) => self.answer(request).await,
-                Err(reason) => self.complain(&reason).await,
+                Err(reason) => self.reject(&reason).await,
             },
             Some(Ok(Message::Binary(message))) => match read_call(&message) {
                 Some(call) => self.call(&call).await,
-                None => self.complain("this binary message is not supported: viewers can only call services").await,
+                None => self.reject("this binary message is not supported: viewers can only call services").await,
             },
             // The message is malformed or too long, or the connection is broken. In the last case the close frame is lost.
             Some(Err(_)) => Err(MALFORMED),
@@ -240,10 +240,10 @@ impl Viewer {
     /// Subscribes to a channel. The viewer gets its newest message at once, and of events all that are kept.
     async fn subscribe(&mut self, Subscription { id, channel_id }: Subscription) -> Result<(), StreamEnd> {
         let Some(channel) = self.channels.get(channel_id) else {
-            return self.complain(&format!("there is no channel with the number {channel_id}")).await;
+            return self.reject(&format!("there is no channel with the number {channel_id}")).await;
         };
         if self.subscriptions.contains_key(&id) || self.subscriptions.values().any(|known| *known == channel_id) {
-            return self.complain("a subscription needs a number of its own, and a channel without one").await;
+            return self.reject("a subscription needs a number of its own, and a channel without one").await;
         }
         self.subscriptions.insert(id, channel_id);
         let newest = Arc::clone(&self.newest.borrow());
@@ -282,7 +282,7 @@ impl Viewer {
     }
 
     /// Answers a message that the bridge cannot read. After many of them it closes the stream.
-    async fn complain(&mut self, reason: &str) -> Result<(), StreamEnd> {
+    async fn reject(&mut self, reason: &str) -> Result<(), StreamEnd> {
         self.unreadable += 1;
         if self.unreadable > MAX_UNREADABLE {
             return Err(StreamEnd::Closed(close_code::POLICY, "too many messages are not supported"));
@@ -309,7 +309,7 @@ impl Viewer {
     /// Sends the newest frame and the new events, unless the viewer has them.
     async fn send_newest(&mut self) -> Result<(), StreamEnd> {
         let newest = Arc::clone(&self.newest.borrow_and_update());
-        self.know_run(&newest).await?;
+        self.advertise_run(&newest).await?;
         let new = newest.frames - self.frames;
         if new > 0 {
             let is_first = std::mem::replace(&mut self.frames, newest.frames) == 0;
@@ -351,7 +351,7 @@ impl Viewer {
     }
 
     /// Announces the channels and the parameters of another run.
-    async fn know_run(&mut self, newest: &Published) -> Result<(), StreamEnd> {
+    async fn advertise_run(&mut self, newest: &Published) -> Result<(), StreamEnd> {
         let Some(run) = &newest.run else { return Ok(()) };
         if self.run.as_ref().is_some_and(|known| Arc::ptr_eq(known, run)) {
             return Ok(());

@@ -32,6 +32,8 @@ pub(super) struct CurrentRun {
     walking_speed: WalkingSpeed,
     /// Speed that the run's start or the last command has ordered, in metres per show second; `None` if it is unknown.
     ordered_mps: Option<f64>,
+    /// Show time at which the run ends, however far the head has walked, in seconds; `None` without such a limit.
+    until_s: Option<f64>,
     /// Show time of the newest frame, in seconds.
     time_s: f64,
     clearances: ClearanceSearch,
@@ -49,8 +51,9 @@ impl CurrentRun {
     /// Begins a run with its first frame.
     ///
     /// A run that continues an earlier one of the same configuration, for example after a restart of the server, keeps that
-    /// run's chart, least clearance and speed. Any other run starts without them, or with what `memory` has of it. `plans`: whether to compute the planned
-    /// clearance; `forecasts`: whether to look ahead. A plan of the same configuration is kept.
+    /// run's chart, least clearance and speed. Any other run starts without them, or with what `memory` has of it.
+    /// `plans`: whether to compute the planned clearance; `forecasts`: whether to look ahead. A plan of the same
+    /// configuration is kept.
     ///
     /// # Errors
     /// The operating system's reason if the forecast's or the planner's thread cannot start.
@@ -86,6 +89,7 @@ impl CurrentRun {
             least,
             walking_speed,
             ordered_mps: None,
+            until_s: None,
             time_s: header.show_time_s(),
             boards: Vec::new(),
             forecaster,
@@ -94,9 +98,9 @@ impl CurrentRun {
         })
     }
 
-    /// Records the ordered speed.
-    pub(super) fn order(&mut self, speed_mps: Option<f64>) {
-        self.ordered_mps = speed_mps;
+    /// Records the ordered speed, and the show time at which the run ends.
+    pub(super) fn order(&mut self, speed_mps: Option<f64>, until_s: Option<f64>) {
+        (self.ordered_mps, self.until_s) = (speed_mps, until_s);
     }
 
     /// Records a frame and finds its nearest pair. Returns `None` if the frame's number of benches differs from the
@@ -117,7 +121,8 @@ impl CurrentRun {
         Some(nearest)
     }
 
-    /// Returns the forecast from a frame on, and the earliest possible contact of loose hinges. Requests a new forecast if the present one does not cover the frame.
+    /// Returns the forecast from a frame on, and the earliest possible contact of loose hinges. Requests a new forecast
+    /// if the present one does not cover the frame.
     pub(super) fn look_ahead(
         &mut self,
         header: &FrameHeader,
@@ -135,7 +140,8 @@ impl CurrentRun {
         let end_m = self.run.config.formation().end_m();
         let possible = ShowForecast::possible_contact(&forecast, &motion, header.show_state());
         let state = header.show_state();
-        (ShowForecast::of(&forecast, &motion, state, end_m, guarded, self.border_m), possible)
+        let ahead = ShowForecast::of(&forecast, &motion, state, end_m, guarded, self.border_m);
+        (self.until_s.map_or(ahead, |until_s| ahead.until(until_s, &motion)), possible)
     }
 
     /// Where the proof about loose hinges ends, if the search has got there.
@@ -168,8 +174,8 @@ impl CurrentRun {
     }
 }
 
-/// The first place of the course at which a board comes too near to a border that the guard keeps clear. `None` also where it takes too much
-/// work.
+/// The first place of the course at which a board comes too near to a border that the guard keeps clear. `None` also
+/// where it takes too much work.
 fn border_m(config: &Config) -> Option<f64> {
     let (stage, formation) = (config.guarded_stage()?, config.formation().metered(&Meter::of(BORDER_STEPS)));
     let place_m = |(number, planned): (usize, &Planned)| {

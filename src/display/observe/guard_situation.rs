@@ -15,7 +15,8 @@ pub enum GuardSituation {
     Waiting,
     /// A guard runs, and granted travel lies ahead of the head.
     Working,
-    /// The head stands at the end of the proven travel: further on, two benches come nearer than the margin, or a board too near to a border.
+    /// The head stands at the end of the proven travel: further on, two benches come nearer than the margin, or a board
+    /// too near to a border.
     AtEnd {
         /// Whether only a seek can move the dragon. Timecode can move it too, so under timecode this is false.
         for_good: bool,

@@ -30,12 +30,14 @@ pub(super) struct HeadMotion {
     speed_mps: f64,
     accel_mps2: Option<f64>,
     time_scale: f64,
+    /// Whether the plan has the ramps at its end: then the show passes along its course up to there.
+    is_plan: bool,
     /// Wall time by which a walking show is behind the clock, which it makes up; 0 for one that is on time.
     behind_s: f64,
 }
 
 impl HeadMotion {
-    /// Returns the motion from this frame on, up or down to the speed of the clock. `status` tells whether the show catches up.
+    /// Returns the motion from this frame on, up or down to the speed of the clock. `status` has whether the show catches up.
     pub(super) fn new(
         header: &FrameHeader,
         clock: TravelClock,
@@ -45,7 +47,8 @@ impl HeadMotion {
         let behind_s = status.map_or(0.0, |status| status.behind_ns as f64 * 1e-9);
         let catches_up = behind_s >= LEAST_BEHIND_S && header.show_state().is_some_and(ShowState::walks);
         let behind_s = if catches_up { behind_s } else { 0.0 };
-        Self { clock, speed_mps: header.course_mps, accel_mps2, time_scale: header.time_scale, behind_s }
+        let (speed_mps, is_plan) = (header.course_mps, header.is_plan != 0);
+        Self { clock, speed_mps, accel_mps2, time_scale: header.time_scale, is_plan, behind_s }
     }
 
     /// Returns the arrival at a travel that the head passes.
@@ -68,6 +71,16 @@ impl HeadMotion {
         self.after(travel_m, show_s)
     }
 
+    /// The travel that the head passes at a show time, at most `most_m`, to a micrometre.
+    pub(super) fn travel_at_m(&self, time_s: f64, most_m: f64) -> f64 {
+        let [mut low_m, mut high_m] = [self.clock.travel_m, most_m];
+        while high_m - low_m > 1e-6 {
+            let middle_m = 0.5 * (low_m + high_m);
+            if self.passing(middle_m).time_s < time_s { low_m = middle_m } else { high_m = middle_m }
+        }
+        high_m
+    }
+
     /// Returns the arrival at a travel at which the head comes to rest.
     pub(super) fn resting_at(&self, travel_m: f64) -> Arrival {
         let ahead_m = (travel_m - self.clock.travel_m).max(0.0);
@@ -86,6 +99,11 @@ impl HeadMotion {
             (2.0 * top_mps - from_mps) / accel_mps2
         };
         self.after(travel_m, show_s)
+    }
+
+    /// Returns the arrival at the end of the run.
+    pub(super) fn ending_at(&self, travel_m: f64) -> Arrival {
+        if self.is_plan { self.passing(travel_m) } else { self.resting_at(travel_m) }
     }
 
     /// Returns the arrival at the place of rest, if the head brakes from now on. The head does not pass `limit_m`.
@@ -177,6 +195,24 @@ mod tests {
         // One that stands, and one that was on time at the last status, go on at their pace.
         assert_eq!(wall_s(ShowState::Paused, 2.0, 3.0, 210.0), 100.0);
         assert_eq!(wall_s(ShowState::Running, 2.0, 0.01, 210.0), 100.0);
+    }
+
+    #[test]
+    fn the_travel_at_a_show_time_is_that_whose_arrival_is_then() {
+        let motion = motion(0.2, Some(0.25));
+        for time_s in [21.0, 25.0, 30.0] {
+            let travel_m = motion.travel_at_m(time_s, 100.0);
+            assert!((motion.passing(travel_m).time_s - time_s).abs() < 1e-5, "{travel_m} m");
+        }
+        assert_eq!(motion.travel_at_m(1000.0, 12.0), 12.0);
+    }
+
+    #[test]
+    fn a_plan_has_the_ramps_at_its_end_itself() {
+        let header = FrameHeader { course_mps: 1.0, time_scale: 1.0, is_plan: 1, ..FrameHeader::default() };
+        let clock = TravelClock { travel_m: 10.0, time_s: 20.0, speed_mps: 1.0 };
+        let motion = HeadMotion::new(&header, clock, Some(0.25), None);
+        assert_eq!((motion.ending_at(15.0).time_s, motion.resting_at(15.0).time_s), (25.0, 27.0));
     }
 
     #[test]

@@ -125,7 +125,8 @@ fn live_server(snapshot: &Snapshot) -> Lamp {
             }
         }
     }
-    match snapshot.statistics.crashes {
+    // One that began after the restart has counted none.
+    match snapshot.statistics.crashes.max(u64::from(snapshot.is_restarted)) {
         0 => {}
         1 => (level, text) = (LampLevel::Warning, text + ", restarted once"),
         times => (level, text) = (LampLevel::Warning, format!("{text}, restarted {times} times")),
@@ -285,6 +286,9 @@ pub(super) mod tests {
         let mut restarted = snapshot(&status, &[]);
         restarted.statistics.crashes = 1;
         check(&restarted, "server", LampLevel::Warning, "1000 Hz, restarted once");
+        let mut begun_later = snapshot(&status, &[]);
+        begun_later.is_restarted = true;
+        check(&begun_later, "server", LampLevel::Warning, "1000 Hz, restarted once");
         for (presence, level, text) in [
             (SourcePresence::Ended { age_ns: 1 }, LampLevel::Off, "ended"),
             (SourcePresence::Gone { age_ns: 1_200_000_000 }, LampLevel::Danger, "lost 1.2 s ago"),

@@ -7,7 +7,7 @@ use bench_dragon_ipc::guard::GuardLock;
 use bench_dragon_ipc::source::{ShowLock, SourceLock};
 use bench_dragon_ipc::{
     Alert, AlertKind, BusError, CommandEvent, Continuity, Description, Domain, Frame, FrameHeader, FrameSubscriber,
-    ReaderReport, ReplayStatus, Request, ShowState, Status,
+    ReaderReport, ReplayStatus, RunStart, ShowState, Status,
 };
 
 use super::clearance_memory::ClearanceMemory;
@@ -43,6 +43,8 @@ pub struct ObserverState {
     status: Option<Arc<Status>>,
     /// The run and the speed of the last order, in metres per show second.
     ordered: Option<(u64, f64)>,
+    /// The run that began last, and its start.
+    start: Option<(u64, RunStart)>,
     /// The newest status of a replay. It may belong to another run than the newest frame.
     replay: Option<ReplayStatus>,
     counter: FrameCounter,
@@ -160,7 +162,8 @@ impl ObserverState {
 
     /// Takes the next event of the record of commands.
     pub fn take_event(&mut self, event: CommandEvent) {
-        self.ordered = ordered_mps(&event).map(|speed_mps| (event.run_id, speed_mps)).or(self.ordered);
+        self.ordered = event.ordered_mps().map(|speed_mps| (event.run_id, speed_mps)).or(self.ordered);
+        self.start = event.run_start().map(|start| (event.run_id, start)).or(self.start);
         Arc::make_mut(&mut self.seen.commands).push(event);
     }
 
@@ -216,9 +219,13 @@ impl ObserverState {
 
     /// Updates the forecast. It changes while the head stands too, since the search continues.
     fn look_ahead(&mut self) {
-        let (nearest, status, ordered) = (self.seen.nearest, self.current_status(), self.ordered);
+        let (nearest, status) = (self.seen.nearest, self.current_status());
+        let (ordered, start) = (self.ordered, self.start);
         let forecast = self.current_run().map(|(run, frame)| {
-            run.order(ordered.filter(|(run_id, _)| *run_id == frame.header.run_id).map(|(_, speed_mps)| speed_mps));
+            let run_id = frame.header.run_id;
+            let ordered_mps = ordered.filter(|(of_run, _)| *of_run == run_id).map(|(_, speed_mps)| speed_mps);
+            let until_s = start.filter(|(of_run, _)| *of_run == run_id).and_then(|(_, start)| start.until_s);
+            run.order(ordered_mps, until_s);
             run.look_ahead(&frame.header, nearest, status.as_deref())
         });
         (self.seen.forecast, self.seen.possible_contact) = forecast.unwrap_or_default();
@@ -318,7 +325,9 @@ impl ObserverState {
         }
         let run_id = snapshot.header().map(|header| header.run_id);
         let replay = replay.filter(|replay| Some(replay.run_id) == run_id);
-        Snapshot { status, replay, ..snapshot }
+        let start = self.start.filter(|(of_run, _)| Some(*of_run) == run_id);
+        let is_restarted = start.is_some_and(|(_, start)| start.is_restarted);
+        Snapshot { status, replay, is_restarted, ..snapshot }
     }
 
     /// Begins the run of the newest frame, once its description has arrived.
@@ -355,15 +364,6 @@ impl ObserverState {
         let (run, frame) = (self.run.as_mut()?, self.seen.frame.as_ref()?);
         (run.run.run_id == frame.header.run_id).then_some((run, frame))
     }
-}
-
-/// The speed that an event orders, in metres per show second; `None` for an event that orders none.
-fn ordered_mps(event: &CommandEvent) -> Option<f64> {
-    let by_command = match (event.request(), event.outcome()) {
-        (Some(Request::Speed { speed_mps }), Ok(())) => Some(speed_mps),
-        _ => None,
-    };
-    by_command.or_else(|| event.run_start().map(|start| start.speed_mps))
 }
 
 #[cfg(test)]

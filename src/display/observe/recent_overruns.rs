@@ -1,4 +1,4 @@
-//! The overruns of the last minute. A count since the start of the run does not tell a bad night from a bad minute.
+//! The overruns of the last minute. A count since the start of the run does not distinguish a bad night from a bad minute.
 
 use std::collections::VecDeque;
 

@@ -88,7 +88,15 @@ impl ShowForecast {
         let play_m = forecast.play.filter(|_| guarded.is_some()).map_or(f64::INFINITY, |play| play.free_to_m);
         let free_to_m = forecast.free_to_m.min(play_m);
         let (to_m, is_end) = (free_to_m.max(motion.clock.travel_m), free_to_m >= end_m);
-        Self::Free { to: if is_end { motion.resting_at(to_m) } else { motion.passing(to_m) }, is_end }
+        Self::Free { to: if is_end { motion.ending_at(to_m) } else { motion.passing(to_m) }, is_end }
+    }
+
+    /// The same of a run that ends at a show time, however far the head has walked.
+    pub(super) fn until(self, until_s: f64, motion: &HeadMotion) -> Self {
+        match self.arrival().filter(|at| at.time_s > until_s) {
+            Some(later) => Self::Free { to: motion.passing(motion.travel_at_m(until_s, later.travel_m)), is_end: true },
+            None => self,
+        }
     }
 
     /// The head's arrival where a pose that the play of the hinges allows may touch first, if that is ahead.

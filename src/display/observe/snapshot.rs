@@ -74,6 +74,8 @@ pub struct Snapshot {
     pub has_source: bool,
     /// Whether a `show` supervises the server, also while there is none.
     pub is_supervised: bool,
+    /// Whether the server was restarted for this run.
+    pub is_restarted: bool,
     /// Whether the `show` was killed, its server has ended, and no source has started since.
     pub has_lost_show: bool,
     /// Process id of the guard; `None` without one, or in another PID namespace.

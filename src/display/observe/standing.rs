@@ -91,19 +91,19 @@ impl Standing {
                 Self::new(Level::Danger, "SILENT", cause).remedied(remedy_of_hanging_server(snapshot))
             }
             SourcePresence::Waiting if snapshot.has_source => {
-                Self::new(Level::Caution, "WAITING", "The server has published no frame yet.")
+                Self::new(Level::Caution, "STARTING", "The server has published no frame yet.")
             }
             SourcePresence::Waiting if snapshot.members.has_lost_server() => {
                 let cause = "The server was killed, and its last frame is not known.";
                 Self::new(Level::Danger, "SERVER LOST", cause).remedied(remedy_of_lost_server(snapshot, age_s))
             }
             SourcePresence::Waiting if has_show(snapshot) => {
-                Self::new(Level::Caution, "WAITING", "There is no server: the show starts it.")
+                Self::new(Level::Caution, "NO SERVER", "There is no server: the show starts it.")
                     .remedied("Wait: it tries again within 30 s.")
             }
             SourcePresence::Waiting => {
                 let start = "Start the show with `bench-dragon show --config FILE --held`: it then stands still.";
-                Self::new(Level::Caution, "WAITING", "There is no server.").remedied(start)
+                Self::new(Level::Caution, "NO SERVER", "There is no server.").remedied(start)
             }
             SourcePresence::Silent { .. } => {
                 let cause = format!("The server's process exists, but has sent nothing for {age_s:.1} s.");
@@ -241,13 +241,20 @@ fn paused(status: Option<&Status>) -> Standing {
     let standing = |cause: &str| Standing::new(Level::Caution, "PAUSED", cause);
     let by_operator = status.is_none_or(|status| status.stops().has(Stop::Paused));
     match status.and_then(Status::timecode_state) {
-        Some(TimecodeState::Waiting) if !by_operator => standing("The show waits for its first timecode."),
+        Some(TimecodeState::Waiting) if !by_operator => {
+            standing("The show waits for its first timecode.").remedied(WALK_ALONE)
+        }
+        Some(TimecodeState::Lost) if !by_operator => {
+            standing("The timecode is lost, and the show stands.").remedied(WALK_ALONE)
+        }
         Some(timecode) if !by_operator && timecode != TimecodeState::None => {
             standing("The timecode stands still, so the show stands still.")
         }
         _ => standing("An operator has paused the show.").remedied("`resume` continues it."),
     }
 }
+
+const WALK_ALONE: &str = "`resume` lets it walk on by itself until timecode comes.";
 
 /// Why a replayed show is paused: the replay is, or the recorded show was.
 fn replayed_pause(snapshot: &Snapshot) -> &'static str {
@@ -390,8 +397,8 @@ mod tests {
         let running = snapshot(ShowState::Running, Stops::default(), GuardState::None);
         let age_ns = 2_000_000_000;
         for (presence, has_source, expected) in [
-            (SourcePresence::Waiting, false, (Level::Caution, "WAITING")),
-            (SourcePresence::Waiting, true, (Level::Caution, "WAITING")),
+            (SourcePresence::Waiting, false, (Level::Caution, "NO SERVER")),
+            (SourcePresence::Waiting, true, (Level::Caution, "STARTING")),
             (SourcePresence::Silent { age_ns }, true, (Level::Danger, "SILENT")),
             (SourcePresence::Gone { age_ns }, false, (Level::Danger, "SERVER LOST")),
             (SourcePresence::Failed { reason: "no memory".to_owned() }, true, (Level::Danger, "NO BUS")),
@@ -499,6 +506,6 @@ mod tests {
         assert_eq!((standing.level, standing.word), (Level::Danger, "SILENT"));
         assert!(standing.remedy.is_some_and(|remedy| remedy.contains("kill -CONT 7")));
         let starts = Snapshot { hears_source: true, ..read.clone() };
-        assert_eq!(Standing::of(&starts, read.seen_ns).word, "WAITING");
+        assert_eq!(Standing::of(&starts, read.seen_ns).word, "STARTING");
     }
 }

@@ -94,7 +94,7 @@ pub(super) fn answer_all(
 ) {
     while let Some(next) = asked.take() {
         let Some(question) = next else { continue };
-        let mut tell = |mut answer: Value| {
+        let mut report = |mut answer: Value| {
             answer["type"] = "asked".into();
             answer["number"] = question.number.into();
             send(&answer)
@@ -108,10 +108,10 @@ pub(super) fn answer_all(
                 return true;
             }
             due = Instant::now() + REPORT_PERIOD;
-            tell(json!({ "state": "running", "elapsed_s": elapsed.as_secs_f64(), "share": share }))
+            report(json!({ "state": "running", "elapsed_s": elapsed.as_secs_f64(), "share": share }))
         };
         let answer = answer(folder, &question, look);
-        if !tell(answer) {
+        if !report(answer) {
             return;
         }
     }

@@ -29,7 +29,7 @@ pub(super) enum Edit {
         keys: Keys,
         value: f64,
     },
-    /// An answer of the planner, or a mend, is put into the plan.
+    /// An answer of the planner, or a fix, is put into the plan.
     Put {
         puts: Vec<Put>,
     },

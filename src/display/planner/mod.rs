@@ -3,7 +3,7 @@
 //! - *Questions* come over a WebSocket: a text, perhaps with an edit of it, and a number. The newest is answered, older ones are
 //!   dropped (`newest`). An edit becomes a change of the text that keeps its comments (`toml_text`).
 //! - *Answers* have the question's number: the drawing, the handles and the first contact at once (`plan`), all else in parts
-//!   (`study`, `mend`).
+//!   (`study`, `fix`).
 //! - *Questions of `solve`* are processes of this program (`asker`, `child`), which a newer question cancels.
 //! - *Files:* only the configuration's folder is read and written (`plan_folder`, `import`). A process of its own reads a large text
 //!   first, within the limits of a command.
@@ -18,10 +18,10 @@ mod child;
 mod corner_run;
 mod dragon_edit;
 mod edit;
+mod fix;
 mod handing_over;
 mod handle;
 mod import;
-mod mend;
 mod newest;
 mod page_desk;
 mod page_question;

@@ -47,7 +47,7 @@ impl Plan {
             "routes": self.facts(),
             "times_s": self.times_s(),
             "contact": self.contact(touch),
-            "pose": self.pose(at_s.unwrap_or(self.telling_s(touch))),
+            "pose": self.pose(at_s.unwrap_or(self.first_shown_s(touch))),
         })
     }
 
@@ -65,7 +65,7 @@ impl Plan {
     }
 
     /// The plan time that a reader wants to see first.
-    fn telling_s(&self, touch: Touch) -> f64 {
+    fn first_shown_s(&self, touch: Touch) -> f64 {
         match touch {
             Touch::Found { time_s, .. } => time_s,
             Touch::Free { .. } => self.times_s()[1],
@@ -83,7 +83,8 @@ impl Plan {
         }
     }
 
-    /// What another plan's first contact tells about that of this one. Places depend on travel alone, so both must begin at the same.
+    /// The bound that another plan's first contact gives for that of this one. Places depend on travel alone, so both
+    /// must begin at the same.
     fn known(&self, other: &Self, touch: Touch) -> Touch {
         let start_s = self.times_s()[0];
         let [ours, theirs] = [self, other].map(|plan| {

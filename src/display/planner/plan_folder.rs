@@ -211,7 +211,7 @@ impl PlanFolder {
                 Ok(mut file) => {
                     let written = file.write_all(bytes);
                     return written.map(|()| name).map_err(|error| {
-                        // What is written in part is of no use; the error tells why.
+                        // What is written in part is of no use; the error has the reason.
                         let _ = fs::remove_file(&path);
                         Refusal::Bad(format!("the file cannot be written: {error}"))
                     });

@@ -1,6 +1,6 @@
 //! The answers that take longer than a drag allows: the contact of a long route, speeds, borders, the clearance over time.
 //!
-//! A study works in steps. A newer plan takes its place: it cancels the study, whose step then ends at once and tells nothing.
+//! A study works in steps. A newer plan takes its place: it cancels the study, whose step then ends at once and reports nothing.
 
 use std::time::Duration;
 
@@ -13,7 +13,7 @@ use glam::DVec3;
 use rustix::process::setpriority_process;
 use serde_json::{Value, json};
 
-use super::mend::mends;
+use super::fix::fixes;
 use super::newest::Newest;
 use super::plan::{Plan, Touch};
 use super::plan_folder::PlanFolder;
@@ -54,34 +54,34 @@ pub(super) fn study_all(folder: &PlanFolder, studies: &Newest<Study>, mut send: 
         if studies.is_outdated_within(PAUSE) {
             continue;
         }
-        let mut tell = |mut answer: Value| {
+        let mut report = |mut answer: Value| {
             answer["number"] = study.number.into();
             let is_wanted = !study.question.is_cancelled() && !studies.is_outdated();
             if is_wanted && send(&answer) { Ok(()) } else { Err(Ended) }
         };
         // One core stays free for the answers while a hand drags.
-        let _ = on_one_core(|| study.run(folder, &mut tell));
+        let _ = on_one_core(|| study.run(folder, &mut report));
     }
 }
 
-type Tell<'a> = &'a mut dyn FnMut(Value) -> Result<(), Ended>;
+type Report<'a> = &'a mut dyn FnMut(Value) -> Result<(), Ended>;
 
 impl Study {
-    fn run(&self, folder: &PlanFolder, tell: Tell<'_>) -> Result<(), Ended> {
-        let touch = self.contact(tell)?;
+    fn run(&self, folder: &PlanFolder, report: Report<'_>) -> Result<(), Ended> {
+        let touch = self.contact(report)?;
         let end_s = match touch {
             Touch::Found { time_s, .. } => time_s,
             Touch::Free { to_s } => to_s,
         };
-        self.curve(end_s, tell)?;
-        tell(json!({ "type": "borders", "borders": self.borders() }))?;
-        tell(json!({ "type": "mends", "mends": mends(&self.plan, folder, touch, &self.question) }))?;
-        self.misses(end_s, tell)?;
-        tell(json!({ "type": "speeds", "speeds": self.speeds() }))
+        self.curve(end_s, report)?;
+        report(json!({ "type": "borders", "borders": self.borders() }))?;
+        report(json!({ "type": "fixes", "fixes": fixes(&self.plan, folder, touch, &self.question) }))?;
+        self.misses(end_s, report)?;
+        report(json!({ "type": "speeds", "speeds": self.speeds() }))
     }
 
     /// Finishes the search for the first contact.
-    fn contact(&self, tell: Tell<'_>) -> Result<Touch, Ended> {
+    fn contact(&self, report: Report<'_>) -> Result<Touch, Ended> {
         let [start_s, end_s] = self.plan.times_s();
         let Touch::Free { to_s: reached_s } = self.touch else { return Ok(self.touch) };
         if reached_s >= end_s {
@@ -98,7 +98,7 @@ impl Study {
             if is_stuck {
                 contact["state"] = "unfinished".into();
             }
-            tell(json!({ "type": "contact", "contact": contact }))?;
+            report(json!({ "type": "contact", "contact": contact }))?;
             if is_done || is_stuck {
                 return Ok(touch);
             }
@@ -107,7 +107,7 @@ impl Study {
     }
 
     /// The least clearance over time, in parts: first a coarse curve of the whole run, then the points between.
-    fn curve(&self, end_s: f64, tell: Tell<'_>) -> Result<(), Ended> {
+    fn curve(&self, end_s: f64, report: Report<'_>) -> Result<(), Ended> {
         let (plan, formation) = (&self.plan, self.plan.config.formation());
         let start_s = plan.times_s()[0];
         let mut search = ClearanceSearch::of(formation.layout());
@@ -127,14 +127,14 @@ impl Study {
             let is_last = number + 1 == POINTS;
             if is_last || (number + 1) % POINTS_AT_ONCE == 0 {
                 let part = std::mem::take(&mut points);
-                tell(json!({ "type": "curve", "points": part, "is_complete": is_last }))?;
+                report(json!({ "type": "curve", "points": part, "is_complete": is_last }))?;
             }
         }
         Ok(())
     }
 
     /// The near misses before the contact, in parts; of one dragon only.
-    fn misses(&self, end_s: f64, tell: Tell<'_>) -> Result<(), Ended> {
+    fn misses(&self, end_s: f64, report: Report<'_>) -> Result<(), Ended> {
         let config = &self.plan.config;
         if config.named().is_some() {
             return Ok(());
@@ -155,7 +155,7 @@ impl Study {
             misses.extend(found.approaches.into_iter().filter(|miss| (from_m..until_m).contains(&miss.travel_m)));
             keep_nearest(&mut misses);
             let known = misses.iter().map(|miss| self.miss(miss)).collect::<Vec<_>>();
-            tell(json!({ "type": "misses", "misses": known }))?;
+            report(json!({ "type": "misses", "misses": known }))?;
         }
         Ok(())
     }

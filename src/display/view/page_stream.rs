@@ -65,7 +65,7 @@ pub(super) struct PageStream {
     place: Place,
     /// The view, and the machine of the program, if it may send commands.
     steers: Option<(Arc<Inner>, IpAddr)>,
-    /// Replies to its commands that wait to be sent.
+    /// Replies to its commands that wait to be sent: at most one for each command that the queue holds, and [`MAX_REPLIES`] more.
     replies: (mpsc::UnboundedSender<Value>, mpsc::UnboundedReceiver<Value>),
 }
 

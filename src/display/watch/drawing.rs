@@ -193,7 +193,7 @@ mod tests {
 
     #[test]
     fn a_source_that_is_not_live_is_reported_on_the_plan_and_in_the_first_line() {
-        let words = ["WAITING", "SILENT", "SERVER LOST", "NO BUS"];
+        let words = ["NO SERVER", "SILENT", "SERVER LOST", "NO BUS"];
         for ((width, height), (presence, word)) in [(40, 12), (80, 24), (200, 60)]
             .into_iter()
             .flat_map(|size| presences().into_iter().skip(1).zip(words).map(move |it| (size, it)))

@@ -15,7 +15,7 @@ use glam::{DAffine2, DVec2};
 
 use super::{DrawingFileError, ListedPath, PathChoice, PathList, listed, quoted};
 use chain::{order, place};
-use entity::curve;
+use entity::{Entity, curve};
 use model::{Model, Shown};
 
 /// Most entities that are joined to one path.
@@ -69,7 +69,7 @@ pub(super) fn list(bytes: &[u8], choice: &PathChoice<'_>) -> Result<PathList, Dr
     let (unit_m, is_in_metres) = (unit_m.unwrap_or(1.0), unit_m.is_some());
     let named = |name: &str| (!name.is_empty()).then(|| name.to_owned());
     let listed = |shown: &Shown<'_, '_>| {
-        let curve = curves(&[*shown], unit_m).map(|mut curves| curves.pop());
+        let curve = curves(std::slice::from_ref(shown), unit_m).map(|mut curves| curves.pop());
         let empty = || DrawingFileError("the path has no length".to_owned());
         ListedPath {
             id: named(shown.entity.handle()),
@@ -80,7 +80,7 @@ pub(super) fn list(bytes: &[u8], choice: &PathChoice<'_>) -> Result<PathList, Dr
             }),
         }
     };
-    let paths = model.own().iter().chain(&model.inserted()?).map(listed).collect();
+    let paths = model.own().iter().chain(&model.inserted()).map(listed).collect();
     Ok(PathList { paths, is_in_metres })
 }
 
@@ -108,6 +108,7 @@ fn curves<'a>(shown: &[Shown<'_, 'a>], unit_m: f64) -> Result<Vec<Curve<'a>>, Dr
     let scale = DAffine2::from_scale(DVec2::splat(unit_m));
     let mut curves = Vec::with_capacity(shown.len());
     for shown in shown {
+        shown.require_placed()?;
         let (pieces, is_closed) = curve(shown.entity)?;
         let map = if shown.insert.is_some() { scale * shown.map } else { scale };
         let pieces: Vec<Piece> = pieces.iter().flat_map(|piece| piece.mapped(&map)).collect();
@@ -122,13 +123,8 @@ fn curves<'a>(shown: &[Shown<'_, 'a>], unit_m: f64) -> Result<Vec<Curve<'a>>, Dr
 fn choose<'m, 'a>(model: &'m Model<'a>, choice: &PathChoice<'_>) -> Result<[Vec<Shown<'m, 'a>>; 2], DrawingFileError> {
     let own = model.own();
     if choice.is_open() {
-        let visible: Vec<Shown<'m, 'a>> = own.iter().filter(|shown| !shown.is_hidden()).copied().collect();
-        // A block that cannot be placed is only a fault where the path is in blocks.
-        let inserted = match model.inserted() {
-            Ok(inserted) => inserted.into_iter().filter(|shown| !shown.is_hidden()).collect(),
-            Err(error) if visible.is_empty() => return Err(error),
-            Err(_) => vec![],
-        };
+        let visible: Vec<Shown<'m, 'a>> = own.iter().filter(|shown| !shown.is_hidden()).cloned().collect();
+        let inserted: Vec<Shown<'m, 'a>> = model.inserted().into_iter().filter(|shown| !shown.is_hidden()).collect();
         return match (visible.is_empty() && inserted.is_empty(), own.is_empty()) {
             (false, _) => Ok([visible, inserted]),
             (true, false) => Ok([own, vec![]]),
@@ -138,12 +134,12 @@ fn choose<'m, 'a>(model: &'m Model<'a>, choice: &PathChoice<'_>) -> Result<[Vec<
     if let Some(id) = choice.id.filter(|_| choice.is_id()) {
         return choose_by_id(model, own, id);
     }
-    let all: Vec<Shown<'m, 'a>> = own.into_iter().chain(model.inserted()?).collect();
+    let all: Vec<Shown<'m, 'a>> = own.into_iter().chain(model.inserted()).collect();
     let of = all.len();
     let is_wanted = |(number, shown): &(usize, Shown<'m, 'a>)| {
-        choice.id.is_none_or(|id| has_id(shown, id))
+        choice.id.is_none_or(|id| has_id(model, shown, id))
             && choice.label.is_none_or(|wanted| shown.insert.is_some_and(|insert| has_name(insert.text(2), wanted)))
-            && choice.layer.is_none_or(|wanted| has_name(Some(shown.layer), wanted))
+            && choice.layer.is_none_or(|wanted| is_on_layer(model, shown, wanted))
             && choice.number.is_none_or(|wanted| wanted as usize == *number)
     };
     let found: Vec<Shown<'m, 'a>> = (1..).zip(all).filter(is_wanted).map(|(_, shown)| shown).collect();
@@ -156,35 +152,50 @@ fn choose_by_id<'m, 'a>(
     id: &str,
 ) -> Result<[Vec<Shown<'m, 'a>>; 2], DrawingFileError> {
     if let Some(only) = own.iter().find(|shown| has_name(Some(shown.entity.handle()), id)) {
-        return Ok([vec![*only], vec![]]);
+        return Ok([vec![only.clone()], vec![]]);
     }
-    let names = layers(own.iter().map(|shown| shown.layer));
-    let is_on_layer = |shown: &Shown<'_, '_>| has_name(Some(shown.layer), id) && shown.entity.text(60) != Some("1");
-    let on_layer: Vec<Shown<'m, 'a>> = own.into_iter().filter(is_on_layer).collect();
-    let inserted = match model.inserted() {
-        Ok(inserted) => inserted,
-        Err(error) if on_layer.is_empty() => return Err(error),
-        Err(_) => vec![],
-    };
+    let inserted = model.inserted();
+    let is_wanted = |shown: &&Shown<'_, '_>| is_on_layer(model, shown, id) && shown.entity.text(60) != Some("1");
+    let [on_layer, blocks] = [&own, &inserted].map(|all| all.iter().filter(is_wanted).cloned().collect::<Vec<_>>());
     if on_layer.is_empty() {
-        let by_id: Vec<Shown<'m, 'a>> = inserted.iter().filter(|shown| has_id(shown, id)).copied().collect();
+        let by_id: Vec<Shown<'m, 'a>> = inserted.iter().filter(|shown| has_id(model, shown, id)).cloned().collect();
         if !by_id.is_empty() {
             return Ok([vec![], by_id]);
         }
-    }
-    let blocks: Vec<Shown<'m, 'a>> = inserted.into_iter().filter(is_on_layer).collect();
-    if on_layer.is_empty() && blocks.is_empty() {
-        let quoted = quoted(id);
-        return Err(DrawingFileError(format!("has no path with the handle or on the layer {quoted}; layers: {names}")));
+        if blocks.is_empty() {
+            let (quoted, known) = (quoted(id), known_names(&own, &inserted));
+            return Err(DrawingFileError(format!("has no path with the handle, layer or block {quoted}; {known}")));
+        }
     }
     Ok([on_layer, blocks])
 }
 
+/// The layers and the blocks by which a path can be chosen, for a message.
+fn known_names(own: &[Shown<'_, '_>], inserted: &[Shown<'_, '_>]) -> String {
+    let layers = layers(own.iter().chain(inserted).map(|shown| shown.layer));
+    let mut blocks: Vec<&str> = inserted.iter().filter_map(|shown| shown.insert?.text(2)).collect();
+    blocks.sort_unstable();
+    blocks.dedup();
+    let blocks = if blocks.is_empty() { String::new() } else { format!("; blocks: {}", listed(blocks.into_iter())) };
+    format!("layers: {layers}{blocks}")
+}
+
 /// Whether an inserted entity, or what inserts it, has a handle, or its block a name.
-fn has_id(shown: &Shown<'_, '_>, id: &str) -> bool {
+fn has_id(model: &Model<'_>, shown: &Shown<'_, '_>, id: &str) -> bool {
     let insert = shown.insert.map(|insert| [insert.text(5), insert.text(2)]);
     let names = [Some(shown.entity.handle())].into_iter().chain(insert.into_iter().flatten());
     names.into_iter().any(|name| has_name(name, id))
+        || is_within_faulty(model, shown, |entity| has_name(Some(entity.handle()), id))
+}
+
+/// Whether an entity is on a layer, or its block would show something on it if it could be placed.
+fn is_on_layer(model: &Model<'_>, shown: &Shown<'_, '_>, layer: &str) -> bool {
+    has_name(Some(shown.layer), layer) || is_within_faulty(model, shown, |entity| has_name(Some(entity.layer()), layer))
+}
+
+/// Whether the block of an entity cannot be placed, and has such an entity.
+fn is_within_faulty(model: &Model<'_>, shown: &Shown<'_, '_>, is_wanted: impl Fn(&Entity<'_>) -> bool) -> bool {
+    shown.is_faulty() && shown.entity.text(2).is_some_and(|block| model.has_within(block, is_wanted))
 }
 
 fn has_name(name: Option<&str>, wanted: &str) -> bool {
@@ -302,6 +313,78 @@ mod tests {
         let off = shown("62\n-7\n").expect("a path");
         assert_eq!(off.pieces[0].begin(), DVec2::new(0.0, 2.0));
         assert!(shown("70\n1\n").is_err() && shown("62\n7\n").is_err());
+    }
+
+    /// A line on the layer R, and these entities and blocks.
+    fn with_line(entities: &str, blocks: &str) -> String {
+        let line = "0\nLINE\n5\nA1\n8\nR\n10\n0\n20\n0\n11\n100\n21\n0\n";
+        section("BLOCKS", blocks) + &section("ENTITIES", &(entities.to_owned() + line))
+    }
+
+    fn block(name: &str, inner: &str) -> String {
+        format!("0\nBLOCK\n2\n{name}\n{inner}0\nENDBLK\n")
+    }
+
+    #[test]
+    fn an_insertion_that_is_not_chosen_is_not_judged() {
+        let insert = |name: &str, keys: &str| format!("0\nINSERT\n5\nF1\n8\nJ\n2\n{name}\n10\n0\n20\n0\n{keys}");
+        let inner = |layer: &str| format!("0\nLINE\n5\nB1\n8\n{layer}\n10\n0\n20\n0\n11\n7\n21\n0\n");
+        let wide = insert("B", "70\n3000\n71\n3000\n");
+        let upright = insert("B", "210\n0\n220\n1\n230\n0\n");
+        let looped = block("L", &insert("L", ""));
+        let flat = "does not lie in a horizontal plane";
+        for (text, reason) in [
+            (with_line(&insert("L", ""), &looped), "has blocks in more than 32 levels, the most that is allowed"),
+            (
+                with_line(&wide, &block("B", &inner("0"))),
+                "has 3000 columns and 3000 rows, at most 200000 blocks are allowed",
+            ),
+            (with_line(&upright, &block("B", &inner("K"))), flat),
+        ] {
+            let fault = format!("the \"INSERT\" \"F1\" {reason}");
+            let metres = PathChoice { metres_per_unit: Some(1.0), gap_m: 1e-3, ..PathChoice::default() };
+            let length = |choice: PathChoice<'_>| {
+                path(text.as_bytes(), &choice).map(|drawing| drawing.length_m()).map_err(|error| error.to_string())
+            };
+            assert_eq!(length(metres), Ok(100.0));
+            assert_eq!(length(PathChoice { layer: Some("R"), ..metres }), Ok(100.0));
+            assert_eq!(length(PathChoice { number: Some(1), ..metres }), Ok(100.0));
+            assert_eq!(length(PathChoice { id: Some("R"), ..metres }), Ok(100.0));
+            for chosen in [
+                PathChoice { layer: Some("J"), ..metres },
+                PathChoice { number: Some(2), ..metres },
+                PathChoice { id: Some("F1"), ..metres },
+            ] {
+                assert_eq!(length(chosen).as_ref(), Err(&fault), "{chosen:?}");
+            }
+            let listed = list(text.as_bytes(), &metres).expect("a list").paths;
+            let faults: Vec<Option<String>> =
+                listed.iter().map(|path| path.drawing.as_ref().err().map(ToString::to_string)).collect();
+            assert_eq!(faults, [None, Some(fault)]);
+            assert_eq!((listed[1].id.as_deref(), listed[1].layer.as_deref()), (Some("F1"), Some("J")));
+        }
+    }
+
+    #[test]
+    fn a_block_that_cannot_be_placed_is_a_fault_of_the_layers_and_handles_in_it() {
+        let insert = "0\nINSERT\n5\nF1\n8\nJ\n2\nOUT\n10\n0\n20\n0\n41\n0\n";
+        let good = "0\nINSERT\n5\nF2\n8\nJ\n2\nIN\n10\n0\n20\n0\n";
+        let inner = "0\nLINE\n5\nB1\n8\nK\n10\n0\n20\n0\n11\n7\n21\n0\n";
+        let blocks = block("OUT", &good.replace("F2", "F3")) + &block("IN", inner);
+        let text = with_line(&(insert.to_owned() + good), &blocks);
+        let metres = PathChoice { metres_per_unit: Some(1.0), gap_m: 1e-3, ..PathChoice::default() };
+        let length = |choice: PathChoice<'_>| {
+            path(text.as_bytes(), &choice).map(|drawing| drawing.length_m()).map_err(|error| error.to_string())
+        };
+        let fault = || Err("the \"INSERT\" \"F1\" has a scale of 0".to_owned());
+        assert_eq!(length(PathChoice { layer: Some("K"), ..metres }), fault());
+        assert_eq!(length(PathChoice { label: Some("OUT"), ..metres }), fault());
+        assert_eq!(length(PathChoice { id: Some("B1"), ..metres }), fault());
+        assert_eq!(length(PathChoice { label: Some("IN"), ..metres }), Ok(7.0));
+        assert_eq!(length(PathChoice { id: Some("F2"), ..metres }), Ok(7.0));
+        let reason =
+            "has no path with the handle, layer or block \"C\"; layers: \"J\", \"K\", \"R\"; blocks: \"IN\", \"OUT\"";
+        assert_eq!(length(PathChoice { id: Some("C"), ..metres }), Err(reason.to_owned()));
     }
 
     #[test]

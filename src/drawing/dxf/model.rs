@@ -64,8 +64,8 @@ struct Block<'a> {
     entities: Vec<Entity<'a>>,
 }
 
-/// An entity with a curve, where it is shown.
-#[derive(Clone, Copy)]
+/// An entity with a curve, where it is shown; or one that inserts a block, if that cannot be placed.
+#[derive(Clone)]
 pub(super) struct Shown<'m, 'a> {
     pub(super) entity: &'m Entity<'a>,
     /// From the entity's coordinates to those of the model.
@@ -75,6 +75,8 @@ pub(super) struct Shown<'m, 'a> {
     /// The outermost entity that inserts it.
     pub(super) insert: Option<&'m Entity<'a>>,
     is_hidden: bool,
+    /// Why the block cannot be placed, in words.
+    fault: Option<String>,
 }
 
 impl<'a> Model<'a> {
@@ -131,15 +133,13 @@ impl<'a> Model<'a> {
                 layer: entity.layer(),
                 insert: None,
                 is_hidden: self.is_hidden(entity, entity.layer()),
+                fault: None,
             })
             .collect()
     }
 
-    /// The curves of all blocks that the model inserts.
-    ///
-    /// # Errors
-    /// There are very many, or a block cannot be placed.
-    pub(super) fn inserted(&self) -> Result<Vec<Shown<'_, 'a>>, DrawingFileError> {
+    /// The curves of all blocks that the model inserts. An insertion that cannot be placed is one entity with a fault.
+    pub(super) fn inserted(&self) -> Vec<Shown<'_, 'a>> {
         let mut shown = vec![];
         for insert in self.entities.iter().filter(|entity| entity.kind == "INSERT" && !entity.is_on_paper()) {
             let outer = Shown {
@@ -148,10 +148,31 @@ impl<'a> Model<'a> {
                 layer: insert.layer(),
                 insert: Some(insert),
                 is_hidden: self.is_hidden(insert, insert.layer()),
+                fault: None,
             };
-            self.insert(&outer, 0, &mut shown)?;
+            let before = shown.len();
+            if let Err(error) = self.insert(&outer, 0, &mut shown) {
+                shown.truncate(before);
+                shown.push(Shown { fault: Some(error.to_string()), ..outer });
+            }
         }
-        Ok(shown)
+        shown
+    }
+
+    /// Whether a block, or a block that it inserts, has such an entity.
+    pub(super) fn has_within(&self, block: &str, is_wanted: impl Fn(&Entity<'_>) -> bool) -> bool {
+        let (mut names, mut seen) = (vec![block.to_uppercase()], HashSet::new());
+        while let Some(name) = names.pop() {
+            let Some(block) = self.blocks.get(&name) else { continue };
+            if block.entities.iter().any(&is_wanted) {
+                return true;
+            }
+            if seen.insert(name) {
+                let inserts = block.entities.iter().filter(|entity| entity.kind == "INSERT");
+                names.extend(inserts.filter_map(|insert| insert.text(2)).map(str::to_uppercase));
+            }
+        }
+        false
     }
 
     /// A block that the model inserts, but that the file does not have.
@@ -191,7 +212,7 @@ impl<'a> Model<'a> {
                 }
                 let layer = if ["0", ""].contains(&entity.layer()) { outer.layer } else { entity.layer() };
                 let is_hidden = outer.is_hidden || self.is_hidden(entity, layer);
-                let inner = Shown { entity, map: outer.map * map, layer, is_hidden, ..*outer };
+                let inner = Shown { entity, map: outer.map * map, layer, is_hidden, ..outer.clone() };
                 if entity.kind == "INSERT" {
                     self.insert(&inner, depth + 1, shown)?;
                 } else if entity.is_curve() {
@@ -207,6 +228,17 @@ impl Shown<'_, '_> {
     /// Whether it is invisible, or its layer is off or frozen.
     pub(super) fn is_hidden(&self) -> bool {
         self.is_hidden
+    }
+
+    /// # Errors
+    /// The block of the entity cannot be placed.
+    pub(super) fn require_placed(&self) -> Result<(), DrawingFileError> {
+        self.fault.as_ref().map_or(Ok(()), |reason| Err(DrawingFileError(reason.clone())))
+    }
+
+    /// Whether the entity inserts a block that cannot be placed.
+    pub(super) fn is_faulty(&self) -> bool {
+        self.fault.is_some()
     }
 }
 

@@ -1,6 +1,6 @@
 //! Lines and rings of GeoJSON files.
 //!
-//! Source: RFC 7946. Positions are longitude and latitude. The outline of a polygon is a ring.
+//! Source: RFC 7946. Positions are longitude and latitude. The outline of a polygon is a ring; its holes are no paths.
 
 use std::fmt::{self, Formatter};
 
@@ -15,6 +15,7 @@ const DEGREES: [&str; 3] = ["CRS84", "EPSG:4326", "EPSG::4326"];
 
 /// An object of any type.
 #[derive(serde::Deserialize)]
+#[serde(expecting = "an object with a type")]
 struct Object {
     #[serde(rename = "type")]
     kind: String,
@@ -48,6 +49,12 @@ enum Coordinates {
 }
 
 pub(super) fn lines(text: &str) -> Result<Vec<Line>, DrawingFileError> {
+    // A list would be read as the fields of an object in their order.
+    if text.trim_start().starts_with('[') {
+        return Err(DrawingFileError(
+            "is not a valid GeoJSON file: it is a list, must be an object with a type".to_owned(),
+        ));
+    }
     let object: Object = serde_json::from_str(text).map_err(|error| {
         DrawingFileError(format!("is not a valid GeoJSON file: {}", error.to_string().replace('\n', " ")))
     })?;
@@ -241,6 +248,29 @@ mod tests {
         }
         for coordinates in ["[1]", "[null,null]"] {
             assert_eq!(error(&feature("Point", coordinates, "null"), "good"), None, "{coordinates}");
+        }
+    }
+
+    #[test]
+    fn a_list_in_place_of_an_object_is_refused_in_plain_words() {
+        let fault = |text: &str| {
+            path(text.as_bytes(), DrawingFormat::GeoJson, &PathChoice::default()).expect_err(text).to_string()
+        };
+        for text in ["[]", " [{\"type\":\"Point\"}]"] {
+            let reason = "is not a valid GeoJSON file: it is a list, must be an object with a type";
+            assert_eq!(fault(text), reason, "{text}");
+        }
+        let inner = fault("{\"type\":\"FeatureCollection\",\"features\":[[]]}");
+        assert!(inner.contains("expected an object with a type"), "{inner}");
+    }
+
+    #[test]
+    fn a_polygon_is_its_outline_without_its_holes() {
+        let rings =
+            "[[[0,0],[0.001,0],[0.001,0.001],[0,0]],[[0.0002,0.0001],[0.0004,0.0001],[0.0004,0.0003],[0.0002,0.0001]]]";
+        for (kind, coordinates) in [("Polygon", rings.to_owned()), ("MultiPolygon", format!("[{rings}]"))] {
+            let text = format!("{{\"type\":\"{kind}\",\"coordinates\":{coordinates}}}");
+            assert_eq!(super::lines(&text).expect("lines").len(), 1, "{kind}");
         }
     }
 

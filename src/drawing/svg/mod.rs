@@ -4,6 +4,7 @@
 //! precision, and its arcs are curves that are 0.1 units away. So the numbers of a path are read here, in double precision, and only
 //! its transform is taken from usvg. Arcs of circles stay arcs. usvg reads a reduced file ([`mod@reduced`]).
 
+mod animation;
 mod css_transform;
 mod page;
 mod path_data;
@@ -24,9 +25,9 @@ use usvg::{Group, Options, Transform, Tree};
 use super::{DrawingFileError, ListedPath, PathChoice, listed, quoted};
 use page::unit_m;
 use path_data::{numbers_fault, wrong_data};
-use reduced::{Reduced, Sizes, element, reduced};
+use reduced::{PAGE, Reduced, Sizes, element, reduced};
 use shape::local;
-use shown::{by_id, target};
+use shown::{by_id, elsewhere, target};
 use style::Faults;
 
 /// Elements that are paths.
@@ -65,6 +66,8 @@ struct File<'a> {
     /// Data of paths that a style sets.
     data: HashMap<NodeId, String>,
     sizes: Sizes,
+    /// The map of the page, from its corner.
+    page: DAffine2,
 }
 
 /// The path of a file. A unit is a pixel of SVG: a unit of the outermost coordinate system, of which 96 are an inch.
@@ -100,7 +103,8 @@ impl<'a> File<'a> {
         let tree = Tree::from_xmltree(&parsed(&text)?, &options()).map_err(failed)?;
         let mut shown = vec![];
         find(tree.root(), None, document, &mut shown);
-        Ok(Self { document, by_id, shown, faults, fault, data, sizes })
+        let page = tree.node_by_id(PAGE).map_or(DAffine2::IDENTITY, |path| affine(path.abs_transform()));
+        Ok(Self { document, by_id, shown, faults, fault, data, sizes, page })
     }
 
     /// A path in metres.
@@ -109,10 +113,10 @@ impl<'a> File<'a> {
         if let Some(reason) = &self.fault {
             return Err(DrawingFileError(reason.clone()));
         }
+        self.require_placed(shown.element)?;
         let shape = self
             .shape_of(shown.element, 0)
             .ok_or_else(|| fault(name, "shows several paths, must show one: set id to another element"))?;
-        self.require_placed(shown.element, shape)?;
         self.require_sized(shown.element)?;
         let data = self.data.get(&shape.id()).map_or(shape.attribute("d").unwrap_or_default(), |data| data);
         if let Some(reason) = numbers_fault(data) {
@@ -120,27 +124,57 @@ impl<'a> File<'a> {
         }
         let (pieces, is_closed) = local(shape, data, &shown.resolved).map_err(|reason| fault(name, &reason))?;
         let scale = unit_m(&self.sizes.page, choice)?;
-        let transform = affine(shown.transform);
+        let mut transform = affine(shown.transform);
         let around = shown.element.ancestors().chain(self.chain(shown.element));
         let places = around.filter_map(|node| self.sizes.places.get(&node.id()).copied());
-        let size = places.fold(rounded_size(&transform, shape, shown, &pieces), f64::max);
+        let size = places.fold(self.rounded_size(&transform, shape, shown, &pieces), f64::max);
         let rounded = size * SINGLE_STEP * scale;
         // The gap is a tenth of the tolerance.
         let allowed = if choice.gap_m > 0.0 { choice.gap_m } else { LISTED_ROUNDING_M };
         if rounded > allowed {
+            let advice = if is_in_double(shape) { "apply the transform to the path" } else { "use a path" };
             return Err(fault(
                 name,
-                "has coordinates too large for its shape or transform, which have seven digits: use a path, or move the drawing",
+                &format!(
+                    "has coordinates too large for its shape or transform, which have seven digits: {advice}, or move the drawing"
+                ),
             ));
         }
+        transform.translation -= self.page.matrix2 * self.sizes.corner;
         let map = DAffine2::from_scale(DVec2::new(scale, -scale)) * transform;
         Ok(Drawing { pieces: pieces.iter().flat_map(|piece| piece.mapped(&map)).collect(), is_closed })
     }
 
-    /// Fails if a style that places a shape could not be resolved: one of the shape, or of an element that contains it.
-    fn require_placed(&self, element: Node<'a, 'a>, shape: Node<'a, 'a>) -> Result<(), DrawingFileError> {
-        let elements = shape.ancestors().chain(element.ancestors());
-        let found = elements.into_iter().find_map(|node| Some((node, self.faults.get(&node.id())?)));
+    /// The largest number in pixels that has single precision: of the transform, and of a shape that usvg reads.
+    fn rounded_size(&self, transform: &DAffine2, shape: Node<'_, '_>, shown: &Shown<'_>, pieces: &[Piece]) -> f64 {
+        let largest = |vector: DVec2| vector.abs().max_element();
+        let linear = transform.matrix2.to_cols_array();
+        let factor = linear.iter().fold(0.0_f64, |most, entry| most.max(entry.abs()));
+        // A map by whole numbers rounds nothing.
+        let is_exact = linear.iter().all(|entry| entry.fract() == 0.0);
+        // The map of the page is rounded for its corner as for a shape, so only the distance between them counts.
+        let is_of_page = transform.matrix2 == self.page.matrix2;
+        let corner = if is_of_page { self.sizes.corner } else { DVec2::ZERO };
+        let size = if !is_in_double(shape) {
+            let bounds = shown.resolved.bounds();
+            [bounds.left(), bounds.right(), bounds.top(), bounds.bottom()]
+                .map(|at| f64::from(at).abs())
+                .into_iter()
+                .fold(0.0, f64::max)
+        } else if is_exact {
+            0.0
+        } else {
+            let away = |at: DVec2| largest(at - corner);
+            pieces.iter().map(|piece| away(piece.begin()).max(away(piece.end()))).fold(0.0, f64::max)
+        };
+        let moved = if is_of_page { DVec2::ZERO } else { self.page.matrix2 * self.sizes.corner };
+        (size * factor).max(largest(transform.translation)).max(largest(moved))
+    }
+
+    /// Fails if what places a shape could not be resolved: of the shape, or of an element that shows or contains it.
+    fn require_placed(&self, element: Node<'a, 'a>) -> Result<(), DrawingFileError> {
+        let mut elements = self.chain(element).into_iter().rev().chain(element.ancestors());
+        let found = elements.find_map(|node| Some((node, self.faults.get(&node.id())?)));
         found.map_or(Ok(()), |(node, reason)| {
             let called = name(node).map_or(String::new(), |name| format!(" {}", quoted(name)));
             Err(DrawingFileError(format!("the element <{}>{called} {reason}", node.tag_name().name())))
@@ -198,26 +232,9 @@ impl<'a> File<'a> {
     }
 }
 
-/// The largest number in pixels that has single precision: of the transform, and of a shape that usvg reads.
-fn rounded_size(transform: &DAffine2, shape: Node<'_, '_>, shown: &Shown<'_>, pieces: &[Piece]) -> f64 {
-    let largest = |vector: DVec2| vector.abs().max_element();
-    let linear = transform.matrix2.to_cols_array();
-    let factor = linear.iter().fold(0.0_f64, |most, entry| most.max(entry.abs()));
-    let is_in_double = ["path", "polyline", "polygon"].contains(&shape.tag_name().name());
-    // A map by whole numbers rounds nothing.
-    let is_exact = linear.iter().all(|entry| entry.fract() == 0.0);
-    let size = if !is_in_double {
-        let bounds = shown.resolved.bounds();
-        [bounds.left(), bounds.right(), bounds.top(), bounds.bottom()]
-            .map(|at| f64::from(at).abs())
-            .into_iter()
-            .fold(0.0, f64::max)
-    } else if is_exact {
-        0.0
-    } else {
-        pieces.iter().map(|piece| largest(piece.begin()).max(largest(piece.end()))).fold(0.0, f64::max)
-    };
-    (size * factor).max(largest(transform.translation))
+/// Whether the coordinates of a shape are read in double precision.
+fn is_in_double(shape: Node<'_, '_>) -> bool {
+    ["path", "polyline", "polygon"].contains(&shape.tag_name().name())
 }
 
 /// The error of a path, which may have a name.
@@ -289,15 +306,13 @@ impl<'a> File<'a> {
         let names = || listed(shown.iter().filter_map(|shown| name(shown.element)));
         let known =
             |names: String| if names.is_empty() { "no path has an id".to_owned() } else { format!("paths: {names}") };
-        if choice.id.is_none()
-            && let Some(error) = elsewhere(self.document.root())
-        {
-            return Err(error);
-        }
         if choice.is_open() {
+            if let Some(elsewhere) = shown.iter().find(|shown| elsewhere(shown.element).is_some()) {
+                return Ok(elsewhere);
+            }
             return match &shown[..] {
                 [only] => Ok(only),
-                [] => Err(unreadable(self.document.root()).unwrap_or(DrawingFileError("has no path".to_owned()))),
+                [] => Err(self.no_path()),
                 _ => Err(DrawingFileError(format!(
                     "has {} paths: set id to one of them; {}",
                     shown.len(),
@@ -326,6 +341,17 @@ impl<'a> File<'a> {
         }
     }
 
+    /// The error of a file that shows no path.
+    fn no_path(&self) -> DrawingFileError {
+        let root = self.document.root();
+        let reason = if root.descendants().any(is_shape) {
+            "has no path that is shown: a path needs a length, and a transform whose scale is not 0"
+        } else {
+            "has no path"
+        };
+        unreadable(root).unwrap_or_else(|| DrawingFileError(reason.to_owned()))
+    }
+
     fn choose_by_id(&self, id: &str, known: &str) -> Result<&Shown<'a>, DrawingFileError> {
         let has_id = |shown: &&Shown<'a>| shown.element.ancestors().any(|node| node.attribute("id") == Some(id));
         let chosen: Vec<&Shown<'a>> = self.shown.iter().filter(has_id).collect();
@@ -333,8 +359,8 @@ impl<'a> File<'a> {
         if let (Some(error), []) = (with_id.and_then(unreadable), &chosen[..]) {
             return Err(error);
         }
-        if let Some(error) = with_id.and_then(elsewhere) {
-            return Err(error);
+        if let Some(elsewhere) = chosen.iter().find(|shown| elsewhere(shown.element).is_some()) {
+            return Ok(elsewhere);
         }
         let quoted = quoted(id);
         Err(DrawingFileError(match &chosen[..] {
@@ -346,21 +372,6 @@ impl<'a> File<'a> {
             several => format!("the element with id {quoted} has {} paths, must have 1", several.len()),
         }))
     }
-}
-
-/// The error of the first `use` element in an element that shows something of another file.
-fn elsewhere(element: Node<'_, '_>) -> Option<DrawingFileError> {
-    let mut uses = element.descendants().filter(is_use);
-    uses.find_map(|node| {
-        let mut attributes = node.attributes();
-        let href = attributes.find(|attribute| attribute.name() == "href")?.value().trim();
-        (!href.is_empty() && !href.starts_with('#')).then(|| {
-            DrawingFileError(format!(
-                "the element <use> shows {}, must be in the file itself, such as \"#a\"",
-                quoted(href)
-            ))
-        })
-    })
 }
 
 /// The error of the first path in an element whose data is not valid. usvg shows no path whose data has no valid beginning.

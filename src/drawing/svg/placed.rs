@@ -2,6 +2,7 @@
 
 use std::str::FromStr as _;
 
+use glam::{DAffine2, DMat2, DVec2};
 use roxmltree::{Attribute, Node};
 use svgtypes::{FontShorthand, Length, LengthUnit, PointsParser, TransformOrigin};
 
@@ -13,6 +14,9 @@ use super::style::Sheets;
 /// Attributes and properties with a length.
 pub(super) const LENGTHS: [&str; 13] =
     ["cx", "cy", "height", "r", "rx", "ry", "width", "x", "x1", "x2", "y", "y1", "y2"];
+/// Scales of a transform, other than 0, and its largest movement. usvg leaves out what has a scale near 0 or beyond single precision.
+const SCALES: [f64; 2] = [1e-6, 1e6];
+const MAX_MOVE: f64 = 1e9;
 /// Properties that usvg does not know, and their values that change nothing.
 const UNKNOWN: [(&str, &[&str]); 7] = [
     ("offset", &["none", "auto"]),
@@ -46,7 +50,7 @@ impl<'a> Placed<'a> {
         for (_, value) in placed.values.iter_mut().filter(|(name, _)| *name == "display") {
             value.make_ascii_lowercase();
         }
-        let mut box_of_origin = None;
+        let mut origin_fault = None;
         for property in sheets.properties(node).map_err(DrawingFileError)? {
             let (name, value) = (property.name, property.value);
             match name {
@@ -60,13 +64,23 @@ impl<'a> Placed<'a> {
                         .refuse(&format!("has the property all {}, which is not supported: remove it", quoted(value)));
                 }
                 "display" => placed.set(name, &value.to_ascii_lowercase()),
-                "transform" if css_transform::lacks_unit(value) => placed.refuse(&format!(
-                    "has the transform {} in a style, where lengths and angles must have a unit",
-                    quoted(value)
-                )),
-                "overflow" | "font-size" | "transform" | "transform-origin" => placed.set(name, value),
+                "animation" | "animation-name" => {
+                    if sheets.moves(value) {
+                        placed.refuse(&format!("has the {name} {}, which is not supported: remove it", quoted(value)));
+                    }
+                }
+                "transform" => placed.set_transform(value),
+                "transform-origin" if css_transform::origin_lacks_unit(value) => {
+                    let quoted = quoted(value);
+                    origin_fault.get_or_insert(format!(
+                        "has the transform-origin {quoted} in a style, where lengths must have a unit"
+                    ));
+                }
+                "overflow" | "font-size" | "transform-origin" => placed.set(name, value),
                 "d" if tag == "path" => placed.set_data(value),
-                "transform-box" => box_of_origin = Some(value).filter(|value| !is_neutral(name, value)),
+                "transform-box" if !is_neutral(name, value) => {
+                    origin_fault.get_or_insert(format!("has the transform-box {}, must be view-box", quoted(value)));
+                }
                 _ if LENGTHS.contains(&name) && !is_root && has_length(tag, name) => placed.set(name, value),
                 "width" | "height" if is_root => placed.set_page(name, value),
                 _ if UNKNOWN.iter().any(|(known, _)| *known == name) && !is_neutral(name, value) => {
@@ -78,7 +92,7 @@ impl<'a> Placed<'a> {
                 _ => {}
             }
         }
-        placed.resolve_transform(box_of_origin);
+        placed.resolve_transform(origin_fault);
         if tag == "svg" && !is_root {
             placed.hide_without_size();
         }
@@ -136,29 +150,53 @@ impl<'a> Placed<'a> {
         }
     }
 
-    /// Converts a transform with units, which usvg does not know.
-    fn resolve_transform(&mut self, box_of_origin: Option<&str>) {
-        let Some(value) = self.get("transform").map(str::to_owned) else { return };
+    /// Sets the property `transform` in the words of the attribute, which usvg knows.
+    fn set_transform(&mut self, value: &str) {
+        self.values.retain(|(known, _)| *known != "transform");
+        if ["none", "initial", "unset", "revert"].iter().any(|word| value.eq_ignore_ascii_case(word)) {
+            return;
+        }
+        match css_transform::of_style(value) {
+            Some(map) => self.values.push(("transform", matrix(&map))),
+            None if css_transform::lacks_unit(value) => self.refuse(&format!(
+                "has the transform {} in a style, where lengths and angles must have a unit",
+                quoted(value)
+            )),
+            None => self.refuse(&format!(
+                "has the transform {}, which is not supported: in a style it must be functions such as \
+                 translate(10px, 5px), rotate(30deg) or scale(2, 3)",
+                quoted(value)
+            )),
+        }
+    }
+
+    /// Removes a transform that is none, or that cannot be applied.
+    fn resolve_transform(&mut self, origin_fault: Option<String>) {
+        let Some(at) = self.values.iter().position(|(name, _)| *name == "transform") else { return };
+        let (name, value) = self.values.remove(at);
         if value.is_empty() || value.eq_ignore_ascii_case("none") {
-            self.values.retain(|(known, _)| *known != "transform");
             return;
         }
-        let map = css_transform::parsed(&value);
-        if svgtypes::Transform::from_str(&value).is_err() {
-            match map {
-                Some(map) => {
-                    let [a, b, c, d, e, f] = map.to_cols_array();
-                    self.set("transform", &format!("matrix({a} {b} {c} {d} {e} {f})"));
-                }
-                None => self.refuse(&format!("has the transform {}, which is not supported", quoted(&value))),
-            }
+        let Some(map) = css_transform::of_attribute(&value) else {
+            return self.refuse(&format!(
+                "has the transform {}, which is not supported: as an attribute it must be functions such as \
+                 translate(10, 5), rotate(30) or scale(2, 3)",
+                quoted(&value)
+            ));
+        };
+        if !is_in_range(&map) {
+            let [least, most] = SCALES;
+            return self.refuse(&format!(
+                "has the transform {}, must have scales from {least} to {most}, or 0, and move by at most {MAX_MOVE}",
+                quoted(&value)
+            ));
         }
-        let is_translation = map.is_some_and(|map| map.matrix2 == glam::DMat2::IDENTITY);
-        if is_translation {
+        self.values.push((name, value));
+        if map.matrix2 == DMat2::IDENTITY {
             return;
         }
-        if let Some(reference) = box_of_origin {
-            self.refuse(&format!("has the transform-box {}, must be view-box", quoted(reference)));
+        if let Some(reason) = origin_fault {
+            self.refuse(&reason);
         }
         let origin = self.get("transform-origin").filter(|origin| TransformOrigin::from_str(origin).is_err());
         if let Some(origin) = origin.map(quoted) {
@@ -203,6 +241,21 @@ impl<'a> Placed<'a> {
     fn refuse(&mut self, reason: &str) {
         self.fault.get_or_insert_with(|| reason.to_owned());
     }
+}
+
+/// A map as a function of the attribute `transform`.
+fn matrix(map: &DAffine2) -> String {
+    let [a, b, c, d, e, f] = map.to_cols_array();
+    format!("matrix({a} {b} {c} {d} {e} {f})")
+}
+
+fn is_in_range(map: &DAffine2) -> bool {
+    let [least, most] = SCALES;
+    let rows = map.matrix2.transpose();
+    let are_scales = [rows.x_axis, rows.y_axis].map(DVec2::length).iter().all(|&scale| scale == 0.0 || scale >= least);
+    are_scales
+        && map.matrix2.to_cols_array().iter().all(|entry| entry.abs() <= most)
+        && map.translation.abs().max_element() <= MAX_MOVE
 }
 
 /// The names of the attributes that are written.
@@ -296,6 +349,52 @@ mod tests {
             "the element <path> has the transform \"rotate(90)\" in a style, where lengths and angles must have a unit";
         assert_eq!(turned("style=\"transform: rotate(90)\"").as_deref(), Some(reason));
         assert_eq!([turned("style=\"transform: rotate(90deg)\""), turned("transform=\"rotate(90)\"")], [None, None]);
+    }
+
+    /// The error of a drawing of one path with these attributes.
+    fn error_of(attributes: &str) -> Option<String> {
+        let svg = "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 9 9\">";
+        let choice = PathChoice { metres_per_unit: Some(1.0), ..PathChoice::default() };
+        let text = format!("{svg}<path {attributes} d=\"M0 0H9\"/></svg>");
+        parse(text.as_bytes(), DrawingFormat::Svg, &choice).err().map(|error| error.to_string())
+    }
+
+    #[test]
+    fn a_transform_that_browsers_ignore_is_refused_with_what_is_allowed() {
+        let allowed = "translate(10px, 5px), rotate(30deg) or scale(2, 3)";
+        for value in ["scale(2 3)", "scale(2),scale(2)", "scale (2)", "scale(3)!ie", "rotate(10deg, 5px, 5px)"] {
+            for attribute in ["", "transform=\"scale(3)\""] {
+                let reason = format!(
+                    "the element <path> has the transform \"{value}\", which is not supported: in a style it must be functions \
+                     such as {allowed}"
+                );
+                assert_eq!(error_of(&format!("style=\"transform: {value}\" {attribute}")), Some(reason));
+            }
+        }
+        for value in ["translate(10px,5px)", "rotate(10deg)", "scaleX(2)", "SCALE(2)", "scale(2),"] {
+            let reason = format!(
+                "the element <path> has the transform \"{value}\", which is not supported: as an attribute it must be functions \
+                 such as translate(10, 5), rotate(30) or scale(2, 3)"
+            );
+            assert_eq!(error_of(&format!("transform=\"{value}\"")), Some(reason));
+            assert_eq!(error_of(&format!("transform=\"{value}\" style=\"transform: scale(2)\"")), None, "{value}");
+        }
+        let origin = "the element <path> has the transform-origin \"100\" in a style, where lengths must have a unit";
+        let turned = |origin: &str| error_of(&format!("style=\"transform: scale(2); transform-origin: {origin}\""));
+        assert_eq!(turned("100").as_deref(), Some(origin));
+        assert_eq!([turned("100px"), turned("0 0"), error_of("style=\"transform-origin: 100\"")], [None, None, None]);
+        assert_eq!(error_of("transform=\"scale(2)\" transform-origin=\"100\""), None);
+    }
+
+    #[test]
+    fn a_transform_beyond_single_precision_is_refused_with_its_limits() {
+        let limits = "must have scales from 0.000001 to 1000000, or 0, and move by at most 1000000000";
+        for value in ["scale(1e300)", "scale(1e-8)", "scale(1 1e-8)", "translate(1e300)"] {
+            let reason = format!("the element <path> has the transform \"{value}\", {limits}");
+            assert_eq!(error_of(&format!("transform=\"{value}\"")), Some(reason));
+        }
+        let reason = "has no path that is shown: a path needs a length, and a transform whose scale is not 0";
+        assert_eq!(error_of("transform=\"scale(0)\"").as_deref(), Some(reason));
     }
 
     #[test]

@@ -9,18 +9,24 @@ use std::collections::{HashMap, HashSet};
 use std::fmt::Write as _;
 use std::str::FromStr as _;
 
+use glam::DVec2;
 use roxmltree::{Document, Node, NodeId};
-use svgtypes::{Length, LengthUnit, SimplePathSegment, SimplifyingPathParser};
+use svgtypes::{Length, LengthUnit, SimplePathSegment, SimplifyingPathParser, ViewBox};
 
 use super::super::DrawingFileError;
+use super::animation::animated;
 use super::placed::{LENGTHS, Placed};
-use super::shown::{MAX_DEPTH, require_few, target, too_deep};
+use super::shown::{MAX_DEPTH, elsewhere, require_few, target, too_deep};
 use super::style::{Faults, Sheets, style_texts};
 
+/// The id of a path that has the map of the page alone.
+pub(super) const PAGE: &str = "page";
+/// Largest coordinate of a page's corner.
+const MAX_CORNER: f64 = 1e9;
 /// Begins the id of an element in the reduced file.
 const PREFIX: &str = "n";
 /// Namespace of elements that count.
-const SVG: &str = "http://www.w3.org/2000/svg";
+pub(super) const SVG: &str = "http://www.w3.org/2000/svg";
 /// Elements that are written with their children.
 const CONTAINERS: [&str; 5] = ["svg", "g", "a", "switch", "symbol"];
 /// Elements that show nothing themselves. Their children are written, because a `use` element may show them.
@@ -44,6 +50,9 @@ pub(super) struct Reduced {
 pub(super) struct Sizes {
     /// The width and the height of the page.
     pub(super) page: [Option<String>; 2],
+    /// The upper left corner of the page in its own coordinates. In the reduced file it is the origin, because its coordinates
+    /// may be too large for single precision.
+    pub(super) corner: DVec2,
     /// Elements with a length in per cent.
     pub(super) percentages: HashSet<NodeId>,
     /// Elements with a length in em or ex.
@@ -75,7 +84,7 @@ impl Sizes {
         }
         let texts = ["transform", "transform-origin"].into_iter().filter_map(|name| placed.get(name));
         let moves = placed.values.iter().filter(|(name, _)| ["x", "y"].contains(name));
-        let corner = placed.get("viewBox").into_iter().flat_map(|text| numbers(text).take(2));
+        let corner = placed.get("viewBox").filter(|_| !is_root).into_iter().flat_map(|text| numbers(text).take(2));
         let place = texts.chain(moves.map(|(_, value)| &**value)).flat_map(numbers).chain(corner);
         let place = place.map(f64::abs).fold(0.0, f64::max);
         if place > 0.0 {
@@ -124,7 +133,7 @@ pub(super) fn reduced<'a>(
         sheets,
         by_id,
         text: String::new(),
-        faults: Faults::new(),
+        faults: animated(document, by_id),
         data: HashMap::new(),
         sizes: Sizes::default(),
     };
@@ -159,7 +168,12 @@ impl<'a> Writer<'_, 'a> {
         if !(is_group || EMPTY.contains(&name) || name == "use" || super::is_shape(node)) {
             return Ok(());
         }
-        let name = if is_hidden { "defs" } else { name };
+        let name = match name {
+            _ if is_hidden => "defs",
+            // A path stands for what another file shows, so that it counts among the paths to choose from.
+            "use" if elsewhere(node).is_some() => "path",
+            name => name,
+        };
         let _ = write!(self.text, "<{name} id=\"{PREFIX}{}\"", node.id().get());
         if node == self.document.root_element() {
             let _ = write!(self.text, " xmlns=\"{SVG}\"");
@@ -170,6 +184,9 @@ impl<'a> Writer<'_, 'a> {
             return Ok(());
         }
         self.text.push('>');
+        if node == self.document.root_element() {
+            let _ = write!(self.text, "<path id=\"{PAGE}\" d=\"M0 0H1\"/>");
+        }
         for child in node.children().filter(Node::is_element) {
             self.write(child, depth + 1)?;
         }
@@ -180,8 +197,15 @@ impl<'a> Writer<'_, 'a> {
     fn write_attributes(&mut self, node: Node<'a, 'a>) -> Result<(), DrawingFileError> {
         let placed = Placed::of(node, &self.sheets)?;
         self.sizes.add(node, &placed);
-        let mut values = placed.values;
+        let (mut values, mut fault) = (placed.values, placed.fault);
+        if node == self.document.root_element() {
+            self.move_corner(&mut values);
+        }
         match node.tag_name().name() {
+            "use" if elsewhere(node).is_some() => {
+                fault = fault.or(elsewhere(node));
+                values.push(("d", "M0 0H1".to_owned()));
+            }
             "use" => {
                 if let Some(target) = target(node, self.by_id) {
                     values.retain(|(name, _)| *name != "href");
@@ -208,10 +232,21 @@ impl<'a> Writer<'_, 'a> {
         for (name, value) in values {
             let _ = write!(self.text, " {name}=\"{}\"", escaped(&value));
         }
-        if let Some(fault) = placed.fault {
-            self.faults.insert(node.id(), fault);
+        if let Some(fault) = fault {
+            self.faults.entry(node.id()).or_insert(fault);
         }
         Ok(())
+    }
+
+    /// Moves the corner of the page to the origin.
+    fn move_corner(&mut self, values: &mut [(&'a str, String)]) {
+        let Some((_, value)) = values.iter_mut().find(|(name, _)| *name == "viewBox") else { return };
+        let Ok(ViewBox { x, y, w, h }) = ViewBox::from_str(value) else { return };
+        let corner = DVec2::new(x, y);
+        if corner.abs().max_element() <= MAX_CORNER {
+            *value = format!("0 0 {w} {h}");
+            self.sizes.corner = corner;
+        }
     }
 }
 
@@ -223,4 +258,48 @@ fn has_segment(data: &str) -> bool {
 
 fn escaped(value: &str) -> String {
     value.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;").replace(['\n', '\t', '\r'], " ")
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec2;
+
+    use crate::drawing::{DrawingFormat, PathChoice, parse};
+
+    /// The ends of a path on a page with these attributes, or its fault.
+    fn ends(page: &str, body: &str) -> Result<[DVec2; 2], String> {
+        let choice = PathChoice { metres_per_unit: Some(1.0), gap_m: 5e-4, ..PathChoice::default() };
+        let text = format!("<svg xmlns=\"http://www.w3.org/2000/svg\" {page}>{body}</svg>");
+        let drawing = parse(text.as_bytes(), DrawingFormat::Svg, &choice).map_err(|error| error.to_string())?;
+        Ok([drawing.pieces[0].begin(), drawing.pieces[drawing.pieces.len() - 1].end()])
+    }
+
+    #[test]
+    fn a_page_whose_corner_is_far_away_is_read_in_full_precision() {
+        let corner = "viewBox=\"500000 -4000000 400 400\"";
+        let path = "<path d=\"M500000.1 -3999999H500003.4\"/>";
+        for (size, scale) in [("", 1.0), ("width=\"800\" height=\"800\"", 2.0), ("width=\"500\" height=\"500\"", 1.25)]
+        {
+            for group in [path.to_owned(), format!("<g transform=\"translate(0 0)\">{path}</g>")] {
+                let [begin, end] = ends(&format!("{corner} {size}"), &group).expect(size);
+                assert!(begin.distance(scale * DVec2::new(0.1, -1.0)) < 1e-6, "{size}: {begin}");
+                assert!(end.distance(scale * DVec2::new(3.4, -1.0)) < 1e-6, "{size}: {end}");
+            }
+        }
+        let turned = "<path transform=\"rotate(30)\" d=\"M500000 -4000000H500100\"/>";
+        let large = "the path has coordinates too large for its shape or transform, which have seven digits";
+        let fault = format!("{large}: apply the transform to the path, or move the drawing");
+        assert_eq!(ends(corner, turned), Err(fault));
+        let line = "<line x1=\"500000.1\" y1=\"-4000000\" x2=\"500003.4\" y2=\"-4000000\"/>";
+        assert_eq!(ends(corner, line), Err(format!("{large}: use a path, or move the drawing")));
+    }
+
+    #[test]
+    fn a_shape_is_where_its_page_and_its_transforms_place_it() {
+        let page = "viewBox=\"10 20 400 200\" width=\"800\" height=\"800\"";
+        let half = "<g transform=\"translate(10 20) scale(0.5)\"><path d=\"M0 0H100\"/></g>";
+        // The page is 800 by 400 pixels, in the middle of its height.
+        let [begin, end] = ends(page, half).expect("a path");
+        assert!(begin.distance(DVec2::new(0.0, -200.0)) < 1e-4 && end.distance(DVec2::new(100.0, -200.0)) < 1e-4);
+    }
 }

@@ -12,8 +12,10 @@ use simplecss::{AttributeOperator, PseudoClass, Selector};
 use super::quoted;
 
 /// Properties that place, size or hide a shape.
-const PROPERTIES: [&str; 24] = [
+const PROPERTIES: [&str; 26] = [
     "all",
+    "animation",
+    "animation-name",
     "cx",
     "cy",
     "d",
@@ -66,6 +68,12 @@ pub(super) struct Property<'a> {
     is_important: bool,
 }
 
+impl Property<'_> {
+    fn is_animation(&self) -> bool {
+        self.name.starts_with("animation")
+    }
+}
+
 /// A selector and what it declares.
 struct Rule<'a> {
     selector: Selector<'a>,
@@ -94,6 +102,8 @@ pub(super) struct Sheets<'a> {
     rules: Vec<Rule<'a>>,
     /// `style` attributes that have a comment, without it.
     attributes: Option<&'a HashMap<NodeId, String>>,
+    /// The names of keyframes that place, size or hide a shape.
+    moving: Vec<&'a str>,
     /// The first rule about the place of a shape that cannot be applied, in words.
     unknown: Option<String>,
     steps: Cell<u64>,
@@ -103,10 +113,12 @@ impl<'a> Sheets<'a> {
     /// The sheets of a document.
     pub(super) fn of(texts: &'a StyleTexts) -> Self {
         let mut sheets = Self { attributes: Some(&texts.attributes), ..Self::default() };
+        let unlimited = texts.sheets.iter().filter(|sheet| sheet.limit.is_none());
+        sheets.moving = unlimited.flat_map(|sheet| moving_keyframes(&sheet.text)).collect();
         for SheetText { text, limit } in &texts.sheets {
             match limit {
                 None => sheets.read(text),
-                Some(limit) if !is_neutral(limit) && places(text) => sheets.refuse(limit),
+                Some(limit) if !is_neutral(limit) && sheets.places(text) => sheets.refuse(limit),
                 Some(_) => {}
             }
         }
@@ -124,17 +136,17 @@ impl<'a> Sheets<'a> {
         let mut rest = text;
         while let Some(statement) = next_statement(&mut rest) {
             let Statement { prelude, block } = statement;
-            let properties = declared(block);
+            let properties = self.declared(block);
             if is_import(prelude) && !prelude.contains(FONTS) {
                 self.refuse(prelude);
             }
             if prelude.starts_with('@') {
-                if !is_neutral(prelude) && places(block) {
+                if !is_neutral(prelude) && self.places(block) {
                     self.refuse(prelude);
                 }
                 continue;
             }
-            if find_outside_strings(block, |char| char == '{').is_some() && places(block) {
+            if find_outside_strings(block, |char| char == '{').is_some() && self.places(block) {
                 self.refuse(&format!("{prelude} {{ {}", block.trim_start()));
                 continue;
             }
@@ -149,6 +161,23 @@ impl<'a> Sheets<'a> {
                 }
             }
         }
+    }
+
+    /// The declarations of a block that place, size or hide a shape.
+    fn declared<'b>(&self, block: &'b str) -> Vec<Property<'b>> {
+        let properties = declarations(block);
+        properties.filter(|property| !property.is_animation() || !self.moving.is_empty()).collect()
+    }
+
+    /// Whether a block of any depth declares such a property.
+    fn places(&self, block: &str) -> bool {
+        block.split(['{', '}', ';']).any(|part| !self.declared(part).is_empty())
+    }
+
+    /// Whether a value of `animation` names keyframes that place, size or hide a shape.
+    pub(super) fn moves(&self, animation: &str) -> bool {
+        let words = animation.split(|char: char| char.is_whitespace() || char == ',');
+        words.map(|word| word.trim_matches(['"', '\''])).any(|word| self.moving.contains(&word))
     }
 
     fn refuse(&mut self, what: &str) {
@@ -180,7 +209,7 @@ impl<'a> Sheets<'a> {
         }
         let without_comment = self.attributes.and_then(|attributes| attributes.get(&node.id()));
         let style = without_comment.map_or(node.attribute("style").unwrap_or_default(), |style| style);
-        declared(style).iter().for_each(&mut add);
+        self.declared(style).iter().for_each(&mut add);
         if self.steps.get() >= MAX_STEPS {
             let rules = self.rules.len();
             return Err(format!(
@@ -195,7 +224,8 @@ impl<'a> Sheets<'a> {
 pub(super) fn style_texts(document: &Document<'_>) -> StyleTexts {
     let sheets = document.descendants().filter(|node| node.tag_name().name() == "style");
     let sheets = sheets.map(|node| {
-        let texts = node.children().filter_map(|child| child.text());
+        // The text of a comment of XML is no text of the element.
+        let texts = node.children().filter(Node::is_text).filter_map(|child| child.text());
         let media = node
             .attribute("media")
             .map(str::trim)
@@ -313,16 +343,30 @@ fn divided(text: &str, separator: char) -> Vec<&str> {
     parts
 }
 
-/// The declarations of a block that place, size or hide a shape.
-fn declared(block: &str) -> Vec<Property<'_>> {
+/// The declarations of properties of [`PROPERTIES`] in a block.
+fn declarations(block: &str) -> impl Iterator<Item = Property<'_>> {
     let declarations = divided(block, ';').into_iter().filter_map(|part| part.split_once(':'));
-    let known = declarations.filter_map(|(name, value)| {
+    declarations.filter_map(|(name, value)| {
         let name = known_name(name)?;
-        let (value, important) = value.split_once('!').unwrap_or((value, ""));
-        let is_important = important.trim().eq_ignore_ascii_case("important");
+        // Another word behind the mark makes the value invalid.
+        let important = value.rsplit_once('!').filter(|(_, word)| word.trim().eq_ignore_ascii_case("important"));
+        let (value, is_important) = important.map_or((value, false), |(value, _)| (value, true));
         Some(Property { name, value: value.trim(), is_important })
-    });
-    known.collect()
+    })
+}
+
+/// The names of keyframes in a style sheet that declare a property of [`PROPERTIES`].
+fn moving_keyframes(text: &str) -> Vec<&str> {
+    let (mut names, mut rest) = (vec![], text);
+    while let Some(Statement { prelude, block }) = next_statement(&mut rest) {
+        let mut words = prelude.split_whitespace();
+        let rule = words.next().unwrap_or_default().to_ascii_lowercase();
+        let is_moving = || block.split(['{', '}', ';']).any(|part| declarations(part).next().is_some());
+        if ["@keyframes", "@-webkit-keyframes"].contains(&&*rule) && is_moving() {
+            names.extend(words.next().map(|name| name.trim_matches(['"', '\''])));
+        }
+    }
+    names
 }
 
 fn is_import(prelude: &str) -> bool {
@@ -362,12 +406,6 @@ fn is_known(selector: &str) -> bool {
     let end =
         |class: &str| class.find(|char: char| !char.is_ascii_alphanumeric() && char != '-').unwrap_or(class.len());
     classes.map(|class| &class[..end(class)]).all(|class| PSEUDO_CLASSES.contains(&class))
-}
-
-/// Whether a block of any depth declares a property of [`PROPERTIES`].
-fn places(block: &str) -> bool {
-    let parts = block.split(['{', '}', ';']);
-    parts.filter_map(|part| part.split_once(':')).any(|(name, _)| known_name(name).is_some())
 }
 
 /// An element for simplecss. Every look at one counts as a step; once they are spent, it has no parents.
@@ -449,6 +487,32 @@ mod tests {
         let reason = "has a style sheet with \"type=text/less\", which is not supported for the place of shapes";
         assert_eq!(unknown("<style type=\"text/less\">path { x: 1 }</style>").as_deref(), Some(reason));
         assert_eq!(unknown("<style type=\"text/less\">path { fill: red }</style>"), None);
+    }
+
+    #[test]
+    fn a_comment_of_xml_is_no_text_of_a_style_sheet() {
+        let text = "<svg><style>path { x: 1 } <!-- path { x: 2 } --></style></svg>";
+        let document = Document::parse(text).expect(text);
+        let texts = style_texts(&document);
+        let sheets = Sheets::of(&texts);
+        let values: Vec<&str> = sheets.rules.iter().map(|rule| rule.properties[0].value).collect();
+        assert_eq!(values, ["1"]);
+    }
+
+    #[test]
+    fn an_animation_counts_if_its_keyframes_place_a_shape() {
+        let moves = |keyframes: &str, animation: &str| {
+            let text = format!("<svg><style>{keyframes} path {{ animation: {animation} }}</style></svg>");
+            let document = Document::parse(&text).expect(animation);
+            let texts = style_texts(&document);
+            let sheets = Sheets::of(&texts);
+            (sheets.rules.len(), sheets.moves(animation))
+        };
+        let grow = "@keyframes grow { to { transform: scale(3) } }";
+        assert_eq!(moves(grow, "1s grow forwards"), (1, true));
+        assert_eq!(moves(&grow.replace("@k", "@-WEBKIT-k"), "blink 1s, 'grow'"), (1, true));
+        assert_eq!(moves(grow, "blink 1s"), (1, false));
+        assert_eq!(moves("@keyframes blink { 50% { opacity: 0; fill: red } }", "blink 1s"), (0, false));
     }
 
     #[test]

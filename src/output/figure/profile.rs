@@ -1,4 +1,5 @@
-//! Plots of a head's speed over its travel, whole and enlarged: the largest that is allowed, the quickest run, and a run with planned speeds.
+//! Plots of a head's speed over its travel, whole and enlarged: the largest that is allowed, the quickest run, and a
+//! run with planned speeds.
 
 use std::ops::RangeInclusive;
 

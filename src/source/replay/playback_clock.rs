@@ -40,8 +40,8 @@ impl PlaybackClock {
         due_ns
     }
 
-    /// Begins a new lap with the next frame, or goes on after a standstill. It follows the last frame at the distance of the last two frames, or now
-    /// if that instant has passed.
+    /// Begins a new lap with the next frame, or goes on after a standstill. It follows the last frame at the distance
+    /// of the last two frames, or now if that instant has passed.
     pub fn begin_lap(&mut self) {
         (self.anchor, self.put_off) = (None, None);
     }

@@ -27,7 +27,7 @@ impl LiveInputs<'_> {
 }
 
 impl TickInputs for LiveInputs<'_> {
-    fn requests(&mut self, head: HeadState, decide: &mut dyn FnMut(Request) -> Result<(), Refusal>) {
+    fn requests(&mut self, head: HeadState, decide: &mut dyn FnMut(Request) -> Result<f64, Refusal>) {
         let moment = self.moment(head);
         if self.is_signalled {
             // A stop is always accepted.
@@ -35,7 +35,15 @@ impl TickInputs for LiveInputs<'_> {
             let stop = CommandEvent::plain(EventKind::Stop, Sender::Signal, self.tick);
             self.ports.report.commands.record(stop, moment);
         }
-        self.ports.take_commands(self.tick, moment, decide);
+        let mut is_resumed = false;
+        self.ports.take_commands(self.tick, moment, |request| {
+            let outcome = decide(request);
+            is_resumed |= request == Request::Resume && outcome.is_ok();
+            outcome
+        });
+        if let Some(following) = self.following.as_deref_mut().filter(|_| is_resumed) {
+            following.note_resume();
+        }
     }
 
     fn steering(

@@ -201,7 +201,7 @@ impl Server {
             |server: &Self| server.simulation.motion().stops().has(Stop::Ending) || stop.load(Ordering::Relaxed);
         while !is_to_end(self) && self.ports.awaits_readers(self.settings.readers, begun) {
             let moment = self.moment(0);
-            self.ports.take_commands(0, moment, |request| self.simulation.request(request));
+            self.ports.take_commands(0, moment, |request| self.simulation.answer(request));
             self.ports.report.beat();
             std::thread::sleep(POLL_PERIOD);
         }

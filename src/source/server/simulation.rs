@@ -15,8 +15,9 @@ use crate::source::timecode::ShowPosition;
 
 /// What a tick takes from outside. A server has it from the bus and from a timecode, a verification from a recording.
 pub trait TickInputs {
-    /// Passes every request that takes effect at this tick to `decide`, which returns its reply. `head` is the head before.
-    fn requests(&mut self, _head: HeadState, _decide: &mut dyn FnMut(Request) -> Result<(), Refusal>) {}
+    /// Passes every request that takes effect at this tick to `decide`, which returns its reply: the speed along the course that the head
+    /// walks at from now on, if nothing stops it. `head` is the head before.
+    fn requests(&mut self, _head: HeadState, _decide: &mut dyn FnMut(Request) -> Result<f64, Refusal>) {}
 
     /// Returns the timecode's effect on the show from this tick on; `None` without timecode. `seek` moves the show at once. `head`
     /// is the head after the requests, and `show` the position of a show that runs on.
@@ -118,7 +119,7 @@ impl Simulation {
             // The follower compensates the timecode's lead instead.
             self.motion.forget_lag();
         }
-        inputs.requests(self.motion.head(), &mut |request| self.request(request));
+        inputs.requests(self.motion.head(), &mut |request| self.answer(request));
         let Self { motion, .. } = self;
         let head = motion.head();
         let show = ShowPosition { show_time_s: motion.next_sim_s(), is_stopped: motion.is_stopped() };
@@ -134,6 +135,15 @@ impl Simulation {
         let head = self.motion.head();
         self.cues.walk(begin_m, head.travel_m);
         self.cues.take(|cue| inputs.reached(head, cue));
+    }
+
+    /// Takes a request as [`request`](Self::request). Returns the speed along the course that the head walks at from now on, if nothing
+    /// stops it.
+    ///
+    /// # Errors
+    /// As `request`.
+    pub fn answer(&mut self, request: Request) -> Result<f64, Refusal> {
+        self.request(request).map(|()| self.motion.ordered_mps())
     }
 
     /// Takes an operator's or a guard's request, as [`Motion::request`]. It takes effect at the next tick.

@@ -111,6 +111,8 @@ pub struct Follower {
     braked_s: f64,
     /// Show time at the last tick, if the show was ordered to stand there.
     stood_s: Option<f64>,
+    /// Whether an operator has let the show walk on by itself until the timecode leads again.
+    goes_alone: bool,
 }
 
 impl Follower {
@@ -137,7 +139,13 @@ impl Follower {
             sought_ns: None,
             braked_s: 0.0,
             stood_s: None,
+            goes_alone: false,
         }
+    }
+
+    /// Lets the show walk on by itself until the timecode leads again. A timecode that leads stays the master.
+    pub fn go_alone(&mut self) {
+        self.goes_alone = !self.leads();
     }
 
     /// Takes a sample. Samples come in the order of their arrival.
@@ -160,10 +168,11 @@ impl Follower {
     /// Returns the response of the show from the tick that is due now, and a change of the timecode's state.
     pub fn steer(&mut self, now_ns: u64, show: ShowPosition) -> (FollowerOrder, Option<FollowerEvent>) {
         let Some(newest) = self.newest else {
-            return (FollowerOrder { time_scale: 1.0, stands: true, seek_s: None }, None);
+            return (FollowerOrder { time_scale: 1.0, stands: !self.goes_alone, seek_s: None }, None);
         };
         self.note_braking(show);
         let event = self.look(newest, now_ns);
+        self.goes_alone &= !self.leads();
         let order = match self.state {
             TimecodeState::Locked => self.follow(newest, now_ns, show),
             TimecodeState::Standing => self.stand(newest, now_ns, show),
@@ -254,11 +263,11 @@ impl Follower {
         self.order(true, seek_s)
     }
 
-    /// Continues without the timecode, unless the timecode stood. A show that waits for the start of its run still
-    /// starts on time.
+    /// Continues without the timecode, unless the timecode stood and no operator lets the show walk on. A show that waits for the start
+    /// of its run still starts on time.
     fn go_on(&self, newest: TimecodeSample, now_ns: u64, show: ShowPosition) -> FollowerOrder {
         let is_before = self.running_target_s(newest, now_ns, show) < self.settings.first_s;
-        self.order(self.was_standing || !self.has_met || is_before, None)
+        self.order(!self.goes_alone && (self.was_standing || !self.has_met || is_before), None)
     }
 
     /// Show time of a running timecode now, in seconds.

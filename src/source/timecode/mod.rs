@@ -2,8 +2,8 @@
 //!
 //! A *timecode* is a position that a desk, a sequencer or a player sends over the network about 25 times a second. A
 //! [`TimecodeReceiver`] reads it from a socket on a separate thread and decodes it ([`art_net`], [`osc`]). A
-//! [`LtcReceiver`](ltc::LtcReceiver) reads it as sound. Both put the samples into a [`SampleQueue`], from which the server's loop takes them without waiting. At each tick a
-//! [`Follower`] decides the response of the show.
+//! [`LtcReceiver`](ltc::LtcReceiver) reads it as sound. Both put the samples into a [`SampleQueue`], from which the
+//! server's loop takes them without waiting. At each tick a [`Follower`] decides the response of the show.
 //!
 //! **Contract.** Show time is the timecode's position plus an offset. A show stands until the first timecode, then
 //! seeks that position. From then on only the time scale changes, between [`Follower::LEAST_TIME_SCALE`] and

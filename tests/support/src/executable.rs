@@ -6,8 +6,8 @@ use std::process::{Command, Stdio};
 
 /// Writes an executable file, in a process of its own. It takes the place of a link of that name, and leaves the link's target as it is.
 ///
-/// A file that a test itself writes may be open for writing also in a child that another test is starting at that instant. As long as it is,
-/// the kernel does not execute it (`ETXTBSY`).
+/// A file that a test itself writes may be open for writing also in a child that another test is starting at that
+/// instant. As long as it is, the kernel does not execute it (`ETXTBSY`).
 ///
 /// # Panics
 /// Panics if the file cannot be written.

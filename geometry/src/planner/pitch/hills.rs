@@ -147,7 +147,8 @@ impl Hills<'_> {
         }
     }
 
-    /// The pitch at which the pair of the last contact no longer comes near enough at its place, if its least clearance there tells.
+    /// Estimate of the least pitch at which the pair of the last contact keeps the clearance near its place; `None` if its depth there
+    /// does not change sign.
     fn guess(&self, meter: &Meter, low: &Tried, feasible_m: f64) -> Result<Option<f64>, PitchError> {
         let PitchLimit::Contact(contact) = low.limit else { return Ok(None) };
         let depth_m = |pitch_m: f64| {

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use glam::DVec2;
 
 use super::TOUCH_ANGLE;
-use crate::route::stretch::Stretch;
+use crate::route::segment_part::SegmentPart;
 use crate::route::{CircularArc, Line};
 
 /// A curve whose crossings with its like have a closed form.
@@ -59,8 +59,8 @@ fn arc_and_arc(one: &CircularArc, other: &CircularArc) -> Vec<DVec2> {
 }
 
 /// The parameter of a line or an arc nearest to a point, if the piece reaches it. The caller refines it.
-pub(super) fn parameter_near(stretch: &Stretch<'_>, near: DVec2) -> Option<f64> {
-    let &Stretch { placed, rear, front, .. } = stretch;
+pub(super) fn parameter_near(part: &SegmentPart<'_>, near: DVec2) -> Option<f64> {
+    let &SegmentPart { placed, rear, front, .. } = part;
     let parameter = match placed.segment.curve().closed_form()? {
         ClosedForm::Line(line) => placed.parameter_of((near - line.origin()).dot(line.direction())),
         ClosedForm::Circle(arc) => {

@@ -17,7 +17,7 @@ mod tree;
 use glam::DVec2;
 
 use super::Route;
-use super::stretch::Stretch;
+use super::segment_part::SegmentPart;
 
 pub(super) use closed_form::ClosedForm;
 use closed_form::parameter_near;
@@ -63,7 +63,7 @@ impl Route {
     pub fn crossings(&self, from_m: f64, to_m: f64, is_lap: bool, most_steps: u64) -> Crossings {
         let span_m = [from_m, to_m].map(|travel_m| self.in_plan(travel_m));
         let mut search = Search { span_m, is_lap, most_steps, steps: 0, found: Vec::new() };
-        let pieces = search.cut(self.stretches(from_m, to_m));
+        let pieces = search.cut(self.segment_parts(from_m, to_m));
         if let Some(pieces) = pieces {
             search.walk(&Tree::of(pieces));
         }
@@ -91,21 +91,21 @@ impl Search {
         self.steps >= self.most_steps
     }
 
-    /// Cuts stretches into pieces; `None` if there are too many.
-    fn cut<'a>(&mut self, stretches: impl Iterator<Item = Stretch<'a>>) -> Option<Vec<Piece<'a>>> {
+    /// Cuts parts into pieces; `None` if there are too many.
+    fn cut<'a>(&mut self, parts: impl Iterator<Item = SegmentPart<'a>>) -> Option<Vec<Piece<'a>>> {
         let mut pieces = Vec::new();
-        for stretch in stretches {
-            let longest = stretch.placed.segment.curve().right_angle();
-            let span = stretch.front - stretch.rear;
+        for part in parts {
+            let longest = part.placed.segment.curve().right_angle();
+            let span = part.front - part.rear;
             let count = (span / longest).ceil().max(1.0);
             self.steps = self.steps.saturating_add((count as u64).saturating_mul(STEPS_PER_ITEM));
             if self.is_spent() {
                 return None;
             }
-            let at = |piece: f64| stretch.rear + span * (piece / count);
+            let at = |piece: f64| part.rear + span * (piece / count);
             pieces.extend((0..count as u64).map(|piece| {
-                let front = if piece as f64 + 1.0 == count { stretch.front } else { at(piece as f64 + 1.0) };
-                Piece::new(Stretch { rear: at(piece as f64), front, ..stretch })
+                let front = if piece as f64 + 1.0 == count { part.front } else { at(piece as f64 + 1.0) };
+                Piece::new(SegmentPart { rear: at(piece as f64), front, ..part })
             }));
         }
         Some(pieces)
@@ -128,7 +128,7 @@ impl Search {
                 pairs.extend(children.windows(2).map(|pair| (pair[0], pair[1])));
             } else if first.0.max(second.0) == 0 {
                 if !self.are_adjacent(first.1, second.1, tree.pieces.len()) {
-                    self.meet(&tree.pieces[first.1].stretch, &tree.pieces[second.1].stretch);
+                    self.meet(&tree.pieces[first.1].part, &tree.pieces[second.1].part);
                 }
             } else if first.0 >= second.0 {
                 pairs.extend(tree.children(first).map(|child| (child, second)));
@@ -144,8 +144,8 @@ impl Search {
     }
 
     /// Finds the crossings of two pieces.
-    fn meet(&mut self, first: &Stretch<'_>, second: &Stretch<'_>) {
-        let forms = [first, second].map(|stretch| stretch.placed.segment.curve().closed_form());
+    fn meet(&mut self, first: &SegmentPart<'_>, second: &SegmentPart<'_>) {
+        let forms = [first, second].map(|part| part.placed.segment.curve().closed_form());
         let [Some(one), Some(other)] = forms else { return self.bisect(*first, *second) };
         for near in one.crossings(other) {
             self.settle([first, second], near);
@@ -153,7 +153,7 @@ impl Search {
     }
 
     /// Adds the crossing near a point, if both pieces reach it.
-    fn settle(&mut self, [first, second]: [&Stretch<'_>; 2], near: DVec2) {
+    fn settle(&mut self, [first, second]: [&SegmentPart<'_>; 2], near: DVec2) {
         self.steps += 1;
         if let (Some(one), Some(other)) = (parameter_near(first, near), parameter_near(second, near)) {
             self.refine([first, second], [one, other]);
@@ -161,7 +161,7 @@ impl Search {
     }
 
     /// Newton's method from two parameters to the point at which both pieces meet. Adds the crossing if there is one.
-    fn refine(&mut self, pair: [&Stretch<'_>; 2], mut at: [f64; 2]) {
+    fn refine(&mut self, pair: [&SegmentPart<'_>; 2], mut at: [f64; 2]) {
         for _ in 0..MAX_NEWTON_STEPS {
             self.steps += 1;
             let [one, other] = [0, 1].map(|i| pair[i].placed.kernel.at(at[i]));
@@ -186,7 +186,7 @@ impl Search {
         }
     }
 
-    fn add(&mut self, pair: [&Stretch<'_>; 2], at: [f64; 2], point: DVec2) {
+    fn add(&mut self, pair: [&SegmentPart<'_>; 2], at: [f64; 2], point: DVec2) {
         self.steps += STEPS_PER_ITEM;
         let travels_m = [0, 1].map(|i| pair[i].placed.travel(at[i]));
         let [from_m, to_m] = self.span_m;
@@ -197,8 +197,8 @@ impl Search {
     }
 
     /// Bisects a pair of pieces down to pairs that are apart, touch, or meet at most once.
-    fn bisect(&mut self, first: Stretch<'_>, second: Stretch<'_>) {
-        let mut pairs = vec![PiecePair { stretches: [first, second] }];
+    fn bisect(&mut self, first: SegmentPart<'_>, second: SegmentPart<'_>) {
+        let mut pairs = vec![PiecePair { parts: [first, second] }];
         while let Some(pair) = pairs.pop() {
             self.steps += 2;
             if self.is_spent() {
@@ -206,7 +206,7 @@ impl Search {
             }
             match pair.verdict() {
                 Verdict::Apart => {}
-                Verdict::MeetsOnce(at) => self.refine([&pair.stretches[0], &pair.stretches[1]], at),
+                Verdict::MeetsOnce(at) => self.refine([&pair.parts[0], &pair.parts[1]], at),
                 Verdict::Unknown(longer) => pairs.extend(pair.halves(longer)),
             }
         }

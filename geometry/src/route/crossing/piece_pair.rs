@@ -3,12 +3,12 @@
 use glam::DVec2;
 
 use super::{MEETING_M, TOUCH_ANGLE};
-use crate::route::stretch::Stretch;
+use crate::route::segment_part::SegmentPart;
 
 /// Two pieces, at least one of them neither on a line nor on an arc.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PiecePair<'a> {
-    pub(super) stretches: [Stretch<'a>; 2],
+    pub(super) parts: [SegmentPart<'a>; 2],
 }
 
 /// The result of the bounds of a pair of pieces.
@@ -31,7 +31,7 @@ impl PiecePair<'_> {
     ///    both would have the direction of the line through them.
     /// 3. If both pieces turn by less than [`TOUCH_ANGLE`], and 2 does not apply, they touch at most.
     pub(super) fn verdict(&self) -> Verdict {
-        let chords = [0, 1].map(|i| Chord::of(&self.stretches[i]));
+        let chords = [0, 1].map(|i| Chord::of(&self.parts[i]));
         let [one, other] = &chords;
         if one.is_apart(other) || other.is_apart(one) {
             return Verdict::Apart;
@@ -43,7 +43,7 @@ impl PiecePair<'_> {
             let gap = other.ends[0] - one.ends[0];
             let shares = [gap.perp_dot(v) / across / one.length_m, gap.perp_dot(u) / across / other.length_m];
             return Verdict::MeetsOnce([0, 1].map(|i| {
-                let Stretch { rear, front, .. } = self.stretches[i];
+                let SegmentPart { rear, front, .. } = self.parts[i];
                 rear + shares[i].clamp(0.0, 1.0) * (front - rear)
             }));
         }
@@ -54,11 +54,11 @@ impl PiecePair<'_> {
 
     /// The two pairs with one half of a piece and the whole other piece.
     pub(super) fn halves(self, halved: usize) -> [Self; 2] {
-        let Stretch { rear, front, .. } = self.stretches[halved];
+        let SegmentPart { rear, front, .. } = self.parts[halved];
         let middle = 0.5 * (rear + front);
         [(rear, middle), (middle, front)].map(|(rear, front)| {
             let mut half = self;
-            half.stretches[halved] = Stretch { rear, front, ..half.stretches[halved] };
+            half.parts[halved] = SegmentPart { rear, front, ..half.parts[halved] };
             half
         })
     }
@@ -77,7 +77,7 @@ pub(super) struct Chord {
 }
 
 impl Chord {
-    pub(super) fn of(&Stretch { placed, rear, front, .. }: &Stretch<'_>) -> Self {
+    pub(super) fn of(&SegmentPart { placed, rear, front, .. }: &SegmentPart<'_>) -> Self {
         let length_m = placed.travel(front) - placed.travel(rear);
         let turn = placed.curvature_bound(rear, front) * length_m;
         let ends = [rear, front].map(|at| placed.kernel.at(at).position);

@@ -5,22 +5,22 @@ use glam::DVec2;
 use super::MEETING_M;
 use super::piece_pair::Chord;
 use crate::route::Segment;
-use crate::route::stretch::Stretch;
+use crate::route::segment_part::SegmentPart;
 
 /// A part of a segment that turns by at most a right angle.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Piece<'a> {
-    pub(super) stretch: Stretch<'a>,
+    pub(super) part: SegmentPart<'a>,
     bounds: Bounds,
 }
 
 impl<'a> Piece<'a> {
-    pub(super) fn new(stretch: Stretch<'a>) -> Self {
-        let chord = Chord::of(&stretch);
+    pub(super) fn new(part: SegmentPart<'a>) -> Self {
+        let chord = Chord::of(&part);
         let rounding_m = MEETING_M * (1.0 + chord.ends[0].abs().max(chord.ends[1].abs()).max_element());
         let [low, high] = [chord.ends[0].min(chord.ends[1]), chord.ends[0].max(chord.ends[1])];
         let margin_m = chord.bulge_m + rounding_m;
-        Self { stretch, bounds: Bounds { low: low - margin_m, high: high + margin_m } }
+        Self { part, bounds: Bounds { low: low - margin_m, high: high + margin_m } }
     }
 }
 
@@ -85,7 +85,7 @@ impl<'a> Tree<'a> {
     /// The segment of a node whose pieces all lie on one segment.
     fn segment(&self, (level, index): Node) -> Option<&Segment> {
         let (first, last) = (index << level, (((index + 1) << level) - 1).min(self.pieces.len() - 1));
-        let [first, last] = [first, last].map(|piece| &self.pieces[piece].stretch);
+        let [first, last] = [first, last].map(|piece| &self.pieces[piece].part);
         (first.number == last.number).then_some(&first.placed.segment)
     }
 }

@@ -75,7 +75,7 @@ fn assembled(route: &Route, fitted: &[Fitted], [beginning, end]: [ProfileEnd; 2]
         begins: fitted.iter().map(|fitted| fitted.begin).collect(),
         begins_m: fitted.iter().map(|fitted| fitted.piece.travel_m(fitted.begin)).collect(),
         curvatures: fitted.iter().map(|fitted| fitted.curvature).collect(),
-        steepest: fitted.iter().map(|fitted| fitted.stretch).fold(1.0, f64::max),
+        steepest: fitted.iter().map(|fitted| fitted.length_per_plan).fold(1.0, f64::max),
         rounding_m: FIT_M + 4.0 * f64::EPSILON * highest_m,
         ends,
         cells,
@@ -91,7 +91,7 @@ struct Fitted {
     /// Bound on the curvature in space.
     curvature: f64,
     /// Bound on the arc in space per metre of the plan.
-    stretch: f64,
+    length_per_plan: f64,
     cell: Cell,
 }
 
@@ -256,9 +256,9 @@ impl<'a> Fitter<'a> {
         let bounds = derivative_bounds(&heights, half);
         let curvature = self.route.plan_curvature_bound(begin, end).hypot(self.bend(bounds, anchor, slowest));
         heights[0] += patch.base_m;
-        let stretch = (bounds[0] / slowest).hypot(1.0);
+        let length_per_plan = (bounds[0] / slowest).hypot(1.0);
         let piece = Piece { anchor, heights, speeds, travel_m: 0.0 };
-        (Fitted { begin, end, piece, curvature, stretch, cell }, fitting)
+        (Fitted { begin, end, piece, curvature, length_per_plan, cell }, fitting)
     }
 
     /// A bound on the second derivative of the height over the arc of the plan, from bounds on its derivatives over the

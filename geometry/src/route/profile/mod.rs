@@ -85,7 +85,7 @@ impl Profile {
     /// Travel in space at a parameter.
     pub(super) fn travel_m(&self, parameter: f64, plan: impl FnOnce() -> f64) -> f64 {
         match self.beyond(parameter) {
-            Some(end) => end.travel_m + end.stretch() * (plan() - end.plan_m),
+            Some(end) => end.travel_m + end.length_per_plan() * (plan() - end.plan_m),
             None => self.piece_at(parameter).travel_m(parameter),
         }
     }
@@ -95,7 +95,7 @@ impl Profile {
         let [first, last] = &self.ends;
         let beyond = if travel_m < first.travel_m { Some(first) } else { (travel_m > last.travel_m).then_some(last) };
         if let Some(end) = beyond {
-            return of_plan(end.plan_m + (travel_m - end.travel_m) / end.stretch());
+            return of_plan(end.plan_m + (travel_m - end.travel_m) / end.length_per_plan());
         }
         let number = self.begins_m.partition_point(|&begin_m| begin_m <= travel_m).max(1) - 1;
         self.parameter_on(number, travel_m)
@@ -235,7 +235,7 @@ impl Debug for Profile {
 
 impl End {
     /// Arc in space per metre of the plan, beyond the end.
-    fn stretch(&self) -> f64 {
+    fn length_per_plan(&self) -> f64 {
         self.grade.hypot(1.0)
     }
 }

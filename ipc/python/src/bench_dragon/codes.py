@@ -194,9 +194,9 @@ class ShowState(WireCode):
     PAUSED = 1
     """Paused by the operator, or by a timecode that stands. `resume` continues."""
     HELD = 2
-    """Stopped for safety. Only `release` lifts the hold."""
+    """Stopped for safety: by a hold, which only `release` lifts, or at the end of the guard's grant."""
     FINISHED = 3
-    """The show has reached the end of the route, of the run or of the requested time."""
+    """The show has reached the end of the route, of the feasible travel or of the requested time."""
     STOPPING = 4
     """The head still walks and brakes, because of a pause, a hold, a stop or the timecode."""
     ENDED = 5
@@ -232,7 +232,7 @@ class Stops(IntFlag):
     ENDING = 16
     """The server is ending."""
     RUN_END = 32
-    """The end of the route, of the run or of the requested time."""
+    """The end of the route, of the feasible travel or of the requested time."""
     READY = 64
     """The show waits at its start. `release` starts it."""
     RESTARTED = 128

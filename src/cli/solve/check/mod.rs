@@ -28,6 +28,9 @@ use crate::output::terminal_text::Printable;
 /// Compare a table of poses with the exact poses: how many numbers are right, how far the worst is off, and which known mistakes
 /// they show.
 #[derive(Clone, Debug, Args)]
+#[command(mut_arg("config", |arg| {
+    arg.help("Configuration file, in TOML [default: the paper's dragon; its turnaround for a table with negative times]")
+}))]
 #[command(after_help = "Examples:
   bench-dragon solve check result1.xlsx
   bench-dragon solve check result2.xlsx --format json
@@ -82,7 +85,7 @@ struct NamedMistake {
 
 /// Greatest difference in seconds of the time of a head whose place is rounded to six decimals.
 const ROUNDED_S: f64 = 2e-6;
-/// A head that is this far from the route does not tell the time of its table, in metres.
+/// A head that is this far from the route does not determine the time of its table, in metres.
 const MOST_OFF_M: f64 = 0.01;
 
 pub(super) fn run(args: &CheckArgs) -> anyhow::Result<()> {

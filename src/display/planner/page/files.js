@@ -16,7 +16,7 @@ const nameField = element('name', HTMLInputElement);
 const savedAs = ofTab('bench-dragon.plan-file');
 
 /** @param {string} text @param {'quiet' | 'changed' | 'bad'} tone */
-function tell(text, tone) {
+function showSaved(text, tone) {
   write(saved, text);
   saved.dataset.tone = tone;
 }
@@ -87,7 +87,7 @@ export class Files {
   /** @param {string} name @param {string | null} known */
   async #write(name, known) {
     const { text } = this.#draft;
-    tell('saving …', 'quiet');
+    showSaved('saving …', 'quiet');
     const { mark, error, isConflict } = await this.#desk.save({ name, text, known });
     this.#refused = error ?? '';
     if (mark !== undefined) {
@@ -132,10 +132,10 @@ export class Files {
     element('save-as', HTMLButtonElement).disabled = !this.maySave || !isValid;
     element('undo', HTMLButtonElement).disabled = !canUndo;
     element('redo', HTMLButtonElement).disabled = !canRedo;
-    if (this.#refused !== '') tell(this.#refused, 'bad');
-    else if (!this.maySave) tell('to save, open the printed address with its token', 'quiet');
-    else if (isChanged) tell('changed, not saved', 'changed');
-    else tell(name === null ? '' : 'saved', 'quiet');
+    if (this.#refused !== '') showSaved(this.#refused, 'bad');
+    else if (!this.maySave) showSaved('to save, open the printed address with its token', 'quiet');
+    else if (isChanged) showSaved('changed, not saved', 'changed');
+    else showSaved(name === null ? '' : 'saved', 'quiet');
     document.title = `${isChanged ? '• ' : ''}${name ?? 'Plan'} · bench-dragon`;
   }
 }

@@ -25,7 +25,7 @@ export class Ghost {
     this.#told = '';
   }
 
-  /** What a question has to tell of the saved version. @param {string} saved the saved text @returns {{saved?: string}} */
+  /** What a question contains of the saved version. @param {string} saved the saved text @returns {{saved?: string}} */
   news(saved) {
     const wanted = box.checked ? saved : '';
     if (wanted === this.#told) return {};

@@ -75,7 +75,7 @@ const ask = new Ask({
   text: () => draft.text,
 });
 
-/** Asks, and tells what is new of the saved version. @param {import('./desk.js').Question} question */
+/** Asks, with what is new of the saved version. @param {import('./desk.js').Question} question */
 function query(question) {
   desk.ask({ ...question, ...ghost.news(draft.saved.text) });
   clearTimeout(reading);
@@ -397,7 +397,7 @@ function offerTour() {
   const seen = ofBrowser('bench-dragon.plan-tour');
   if (seen.read() !== null) return;
   const see = () => seen.write('seen');
-  note('New here? Five sentences tell how to plan.', {
+  note('New here? Five sentences explain how to plan.', {
     'Show them': () => {
       see();
       element('shortcuts', HTMLDialogElement).showModal();

@@ -14,7 +14,7 @@
  *   | {kind: 'through', dragon: number, points_m: [number, number][], radius_m: number}
  *   | {kind: 'border', border: 'outline' | 'keep_out' | 'crowd', points_m: [number, number][]}} Edit */
 /** @typedef {{keys: (string | number)[], value: unknown}} Put a value for a place of the text; null removes what is there */
-/** @typedef {{of: 'contact' | 'stop', dragon: number, words: string, puts: Put[]}} Mend */
+/** @typedef {{of: 'contact' | 'stop', dragon: number, words: string, puts: Put[]}} Fix */
 /** @typedef {{type: 'asked', number: number, state: 'running' | 'done' | 'failed' | 'cancelled', elapsed_s?: number,
  *   share?: number | null, words?: string, puts?: Put[] | null}} Asked */
 /** @typedef {{benches: [number, number], words: string}} Pair */
@@ -59,6 +59,6 @@
  *   | {type: 'contact', number: number, contact: Contact} | {type: 'curve', number: number, points: number[], is_complete: boolean}
  *   | {type: 'borders', number: number, borders: BorderFact[]} | {type: 'misses', number: number, misses: Miss[]}
  *   | {type: 'speeds', number: number, speeds: Speed[]}
- *   | {type: 'mends', number: number, mends: Mend[]} | Asked | PlanMessage} Answer */
+ *   | {type: 'fixes', number: number, fixes: Fix[]} | Asked | PlanMessage} Answer */
 
 export {};

@@ -5,7 +5,7 @@ import { element } from './element.js';
 import { fixed, millimetres } from './format.js';
 
 /** @typedef {import('./state.js').State} State */
-/** @typedef {{level: 'danger' | 'caution' | 'good' | 'searched', text: string, time_s?: number, point_m?: [number, number], mends?: import('./plan_message.js').Mend[]}} Problem */
+/** @typedef {{level: 'danger' | 'caution' | 'good' | 'searched', text: string, time_s?: number, point_m?: [number, number], fixes?: import('./plan_message.js').Fix[]}} Problem */
 
 const list = element('problems', HTMLUListElement);
 
@@ -13,9 +13,9 @@ const list = element('problems', HTMLUListElement);
 export function problemsOf(state) {
   const { plan } = state;
   if (plan === null) return [];
-  const mends = (/** @type {string} */ problem, /** @type {number} */ at) => state.mends.filter(({ of, dragon }) => of === problem && dragon === at);
-  const contact = ofContact(state.contact).map((problem) => ({ ...problem, mends: mends('contact', 0) }));
-  const stops = plan.routes.flatMap((route, at) => ofStop(route).map((problem) => ({ ...problem, mends: mends('stop', at) })));
+  const fixes = (/** @type {string} */ problem, /** @type {number} */ at) => state.fixes.filter(({ of, dragon }) => of === problem && dragon === at);
+  const contact = ofContact(state.contact).map((problem) => ({ ...problem, fixes: fixes('contact', 0) }));
+  const stops = plan.routes.flatMap((route, at) => ofStop(route).map((problem) => ({ ...problem, fixes: fixes('stop', at) })));
   const found = [...contact, ...stops, ...state.borders.flatMap(ofBorder)];
   found.push(...state.misses.map(({ time_s, clearance_m, pair, point_m }) => ({
     level: /** @type {const} */ ('caution'),
@@ -56,30 +56,30 @@ function ofBorder({ kind, bench, time_s, point_m, distance_m, clear_m }) {
  * Shows problems. The buttons keep the focus while numbers change.
  * @param {Problem[]} problems
  * @param {(problem: Problem) => void} go
- * @param {(mend: import('./plan_message.js').Mend) => void} mend
+ * @param {(fix: import('./plan_message.js').Fix) => void} fix
  */
-export function showProblems(problems, go, mend) {
+export function showProblems(problems, go, fix) {
   while (list.children.length > problems.length) list.lastElementChild?.remove();
   problems.forEach((problem, at) => {
     const item = list.children[at] ?? list.appendChild(newItem());
-    const [text, button, mends] = /** @type {[HTMLSpanElement, HTMLButtonElement, HTMLSpanElement]} */ (/** @type {unknown} */ (item.children));
+    const [text, button, fixes] = /** @type {[HTMLSpanElement, HTMLButtonElement, HTMLSpanElement]} */ (/** @type {unknown} */ (item.children));
     /** @type {HTMLElement} */ (item).dataset.level = problem.level;
     if (text.textContent !== problem.text) text.textContent = problem.text;
     button.hidden = problem.time_s === undefined;
     button.setAttribute('aria-label', `Go to: ${problem.text}`);
     button.onclick = () => go(problem);
-    showMends(mends, problem, mend);
+    showFixes(fixes, problem, fix);
   });
 }
 
-/** @param {HTMLElement} place @param {Problem} problem @param {(mend: import('./plan_message.js').Mend) => void} act */
-function showMends(place, { text, mends = [] }, act) {
-  while (place.children.length > mends.length) place.lastElementChild?.remove();
-  mends.forEach((mend, at) => {
+/** @param {HTMLElement} place @param {Problem} problem @param {(fix: import('./plan_message.js').Fix) => void} act */
+function showFixes(place, { text, fixes = [] }, act) {
+  while (place.children.length > fixes.length) place.lastElementChild?.remove();
+  fixes.forEach((fix, at) => {
     const button = /** @type {HTMLButtonElement} */ (place.children[at] ?? place.appendChild(newButton('')));
-    if (button.textContent !== mend.words) button.textContent = mend.words;
-    button.setAttribute('aria-label', `Mend: ${mend.words}. ${text}`);
-    button.onclick = () => act(mend);
+    if (button.textContent !== fix.words) button.textContent = fix.words;
+    button.setAttribute('aria-label', `Fix: ${fix.words}. ${text}`);
+    button.onclick = () => act(fix);
   });
 }
 
@@ -93,8 +93,8 @@ function newButton(word) {
 
 function newItem() {
   const item = document.createElement('li');
-  const mends = document.createElement('span');
-  mends.className = 'mends';
-  item.append(document.createElement('span'), newButton('Go to'), mends);
+  const fixes = document.createElement('span');
+  fixes.className = 'fixes';
+  item.append(document.createElement('span'), newButton('Go to'), fixes);
   return item;
 }

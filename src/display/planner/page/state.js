@@ -14,7 +14,7 @@ export class State {
   /** @type {import('./plan_message.js').BorderFact[]} */ borders = [];
   /** @type {import('./plan_message.js').Miss[]} */ misses = [];
   /** @type {import('./plan_message.js').Speed[]} */ speeds = [];
-  /** @type {import('./plan_message.js').Mend[]} */ mends = [];
+  /** @type {import('./plan_message.js').Fix[]} */ fixes = [];
   /** @type {Sample[]} */ samples = [];
   /** Whether the facts of the borders are those of this plan. */
   areBordersKnown = false;
@@ -29,7 +29,7 @@ export class State {
     switch (answer.type) {
       case 'plan':
         Object.assign(this, { plan: answer, pose: answer.pose, contact: answer.contact, mistake: null });
-        Object.assign(this, { isCurveOld: true, isCurveComplete: false, isStudied: false, areBordersKnown: false, misses: [], mends: [] });
+        Object.assign(this, { isCurveOld: true, isCurveComplete: false, isStudied: false, areBordersKnown: false, misses: [], fixes: [] });
         this.speeds = this.speeds.slice(0, answer.routes.length);
         break;
       case 'pose':
@@ -55,8 +55,8 @@ export class State {
         this.speeds = answer.speeds;
         this.isStudied = true;
         break;
-      case 'mends':
-        this.mends = answer.mends;
+      case 'fixes':
+        this.fixes = answer.fixes;
         break;
     }
   }

@@ -1,8 +1,8 @@
-//! Plans of the planner as texts: edits by hand, answers to questions, and mends.
+//! Plans of the planner as texts: edits by hand, answers to questions, and fixes.
 
 mod answers;
 mod edits;
-mod mends;
+mod fixes;
 mod random_edits;
 
 use std::path::Path;

@@ -7,8 +7,8 @@
 //!
 //! **Missed periods** follow from the frames: each frame was due at `epoch + k / rate`, k the number of its period, in integers.
 //!
-//! **Lost frames**, also those between two parts, are simulated, but not compared. If the server missed periods among them, or a timecode led the
-//! show, the frames are not determined. Then the verification of the run ends.
+//! **Lost frames**, also those between two parts, are simulated, but not compared. If the server missed periods among
+//! them, or a timecode led the show, the frames are not determined. Then the verification of the run ends.
 //!
 //! **Values taken from the frames:** the due times, and the time scale while a timecode leads the show. Only the frames
 //! contain these. `published_ns` is the time of sending, and is not compared.

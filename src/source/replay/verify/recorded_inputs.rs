@@ -32,7 +32,7 @@ pub(super) struct RecordedInputs<'a> {
     pub(super) fault: Option<RunVerdict>,
 }
 
-type Decide<'a> = &'a mut dyn FnMut(Request) -> Result<(), Refusal>;
+type Decide<'a> = &'a mut dyn FnMut(Request) -> Result<f64, Refusal>;
 
 impl TickInputs for RecordedInputs<'_> {
     fn requests(&mut self, _head: HeadState, decide: Decide<'_>) {
@@ -49,7 +49,7 @@ impl TickInputs for RecordedInputs<'_> {
     ) -> Option<Steering> {
         let changes_before = self.found.timecode;
         let outcome = self.take_events(|_| true, &mut |request| match request {
-            Request::Seek { show_time_s } => seek(show_time_s),
+            Request::Seek { show_time_s } => seek(show_time_s).map(|()| 0.0),
             _ => Err(Refusal::Unknown),
         });
         self.note_fault(outcome);
@@ -83,7 +83,7 @@ impl RecordedInputs<'_> {
         if let Err(Refusal::OtherRun | Refusal::Unknown) = recorded {
             return Ok(());
         }
-        let simulated = decide(request);
+        let simulated = decide(request).map(|_course_mps| ());
         if simulated != recorded {
             let of_event = FrameHeader { tick: event.tick, show_time_ns: event.show_time_ns, ..FrameHeader::default() };
             let [recorded, simulated] = [recorded, simulated].map(|outcome| match outcome {

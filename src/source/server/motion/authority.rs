@@ -6,21 +6,21 @@ use super::Limits;
 
 /// An interval of travel that the guard has proved free of contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Stretch {
+struct GrantedInterval {
     from_m: f64,
     to_m: f64,
     /// Whether the proven travel ends permanently at `to_m`.
     is_final: bool,
 }
 
-impl Stretch {
+impl GrantedInterval {
     fn contains(&self, travel_m: f64) -> bool {
         (self.from_m..=self.to_m).contains(&travel_m)
     }
 
     /// Joins two overlapping intervals into one.
     fn joined(self, other: Self) -> Self {
-        let reaches = |stretch: Self, to_m: f64| stretch.is_final && stretch.to_m == to_m;
+        let reaches = |interval: Self, to_m: f64| interval.is_final && interval.to_m == to_m;
         let to_m = self.to_m.max(other.to_m);
         Self { from_m: self.from_m.min(other.from_m), to_m, is_final: reaches(self, to_m) || reaches(other, to_m) }
     }
@@ -33,9 +33,9 @@ impl Stretch {
 pub(super) struct Authority {
     run_id: u64,
     /// The interval that contains the head.
-    present: Option<Stretch>,
+    present: Option<GrantedInterval>,
     /// An interval without the head: the guard proved it for a refused seek.
-    prepared: Option<Stretch>,
+    prepared: Option<GrantedInterval>,
     /// The target of the last refused seek, until a grant contains it.
     asked_m: Option<f64>,
 }
@@ -65,11 +65,11 @@ impl Authority {
         if run_id != self.run_id {
             return Err(Refusal::OtherRun);
         }
-        let stretch = Stretch { from_m, to_m, is_final };
-        self.asked_m = self.asked_m.filter(|&asked_m| !stretch.contains(asked_m));
-        let slot = if stretch.contains(travel_m) { &mut self.present } else { &mut self.prepared };
+        let interval = GrantedInterval { from_m, to_m, is_final };
+        self.asked_m = self.asked_m.filter(|&asked_m| !interval.contains(asked_m));
+        let slot = if interval.contains(travel_m) { &mut self.present } else { &mut self.prepared };
         let known = slot.filter(|known| known.from_m <= to_m && from_m <= known.to_m);
-        *slot = Some(known.map_or(stretch, |known| known.joined(stretch)));
+        *slot = Some(known.map_or(interval, |known| known.joined(interval)));
         Ok(())
     }
 
@@ -78,7 +78,7 @@ impl Authority {
     /// # Errors
     /// [`Refusal::NotProved`].
     pub(super) fn seek(&mut self, travel_m: f64) -> Result<(), Refusal> {
-        let holds = |stretch: &Option<Stretch>| stretch.is_some_and(|stretch| stretch.contains(travel_m));
+        let holds = |interval: &Option<GrantedInterval>| interval.is_some_and(|interval| interval.contains(travel_m));
         if !holds(&self.present) {
             if !holds(&self.prepared) {
                 self.asked_m = Some(travel_m);

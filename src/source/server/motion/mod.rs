@@ -204,6 +204,11 @@ impl Motion {
         HeadState { show_time_ns: (self.sim_s() * 1e9).round() as i64, travel_m: self.travel_m(), speed_mps, state }
     }
 
+    /// The speed at which the head walks along the course if nothing stops it, in metres per show second.
+    pub fn ordered_mps(&self) -> f64 {
+        self.speed_mps
+    }
+
     /// Limits of this head, for its guard.
     pub fn limits(&self) -> Limits {
         self.authority.map(|authority| authority.limits(self.travel_m())).unwrap_or_default()

@@ -1,4 +1,4 @@
-//! Mends: small changes of a plan that take a problem away. Each is tried before it is offered.
+//! Fixes: small changes of a plan that take a problem away. Each is tried before it is offered.
 
 use bench_dragon_geometry::clearance::DragonPair;
 use bench_dragon_geometry::dragon::{ChainSolver, Question};
@@ -13,14 +13,14 @@ use super::plan::{Plan, Touch};
 use super::plan_folder::PlanFolder;
 use super::toml_text;
 
-/// Most work for a mend, in steps of the meter: about a second.
+/// Most work for a fix, in steps of the meter: about a second.
 const WORK: u64 = 20_000_000;
 /// Most radii that are tried for a bend that is too tight, and by which factor each is larger than the one before.
 const RADII: i32 = 30;
 const WIDER: f64 = 1.06;
 
-/// All mends of a plan, for the page.
-pub(super) fn mends(plan: &Plan, folder: &PlanFolder, touch: Touch, question: &Question) -> Vec<Value> {
+/// All fixes of a plan, for the page.
+pub(super) fn fixes(plan: &Plan, folder: &PlanFolder, touch: Touch, question: &Question) -> Vec<Value> {
     let trial = Trial { plan, folder, question };
     let mut found = Vec::new();
     if let Touch::Found { time_s, benches, .. } = touch {
@@ -28,19 +28,19 @@ pub(super) fn mends(plan: &Plan, folder: &PlanFolder, touch: Touch, question: &Q
             Some(_) => trial.later_start(benches).into_iter().collect(),
             None => [trial.wider_pitch(), trial.earlier_end(time_s)].into_iter().flatten().collect::<Vec<_>>(),
         };
-        found.extend(of_contact.into_iter().map(|mend| mend.of("contact", 0)));
+        found.extend(of_contact.into_iter().map(|fix| fix.of("contact", 0)));
     }
     let stopped = (0..plan.planned().len()).filter(|&dragon| plan.planned()[dragon].dragon.tight_spot().is_some());
     found.extend(stopped.filter_map(|dragon| Some(trial.wider_bend(dragon)?.of("stop", dragon))));
     found
 }
 
-struct Mend {
+struct Fix {
     words: String,
     put: Put,
 }
 
-impl Mend {
+impl Fix {
     fn of(self, problem: &str, dragon: usize) -> Value {
         json!({ "of": problem, "dragon": dragon, "words": self.words, "puts": [self.put] })
     }
@@ -60,17 +60,17 @@ impl Trial<'_> {
         Some(Plan { text, config })
     }
 
-    /// The mend of a contact, if nothing touches with it.
-    fn without_contact(&self, words: String, put: Put) -> Option<Mend> {
-        let mended = self.with(&put)?;
-        let end_s = mended.times_s()[1];
+    /// The fix of a contact, if nothing touches with it.
+    fn without_contact(&self, words: String, put: Put) -> Option<Fix> {
+        let fixed = self.with(&put)?;
+        let end_s = fixed.times_s()[1];
         let is_free =
-            matches!(mended.touch(mended.times_s(), &self.question.meter(WORK)), Touch::Free { to_s } if to_s >= end_s);
-        is_free.then_some(Mend { words, put })
+            matches!(fixed.touch(fixed.times_s(), &self.question.meter(WORK)), Touch::Free { to_s } if to_s >= end_s);
+        is_free.then_some(Fix { words, put })
     }
 
     /// The smallest pitch with which the head gets as far in.
-    fn wider_pitch(&self) -> Option<Mend> {
+    fn wider_pitch(&self) -> Option<Fix> {
         let (config, planned) = (&self.plan.config, &self.plan.planned()[0]);
         let SpiralSpec { pitch_m, start_turns } = config.route().spiral()?;
         let circle_m = if let RouteShape::Turnaround(turn) = config.route().shape {
@@ -88,7 +88,7 @@ impl Trial<'_> {
     }
 
     /// An end before the contact.
-    fn earlier_end(&self, contact_s: f64) -> Option<Mend> {
+    fn earlier_end(&self, contact_s: f64) -> Option<Fix> {
         let end_s = ((contact_s - 0.05) * 10.0).floor() / 10.0;
         let put = Put::new(Owner(None).route("end_s"), end_s);
         if end_s <= self.plan.times_s()[0] {
@@ -98,7 +98,7 @@ impl Trial<'_> {
     }
 
     /// A later start of one of two dragons that touch, whichever waits less. Their boards then stay apart by more than a near miss.
-    fn later_start(&self, benches: [usize; 2]) -> Option<Mend> {
+    fn later_start(&self, benches: [usize; 2]) -> Option<Fix> {
         let config = &self.plan.config;
         let named = config.named().filter(|named| named.cues().is_empty())?;
         let formation = config.formation().metered(&self.question.meter(WORK));
@@ -123,11 +123,11 @@ impl Trial<'_> {
         let words = format!("start {} {wait_s:.1} s later", named.dragons()[dragon].name);
         let put = Put::new(head(dragon, "start_s"), start_s);
         // The plan is valid, too, with this start.
-        self.with(&put).map(|_| Mend { words, put })
+        self.with(&put).map(|_| Fix { words, put })
     }
 
     /// A larger radius of the tightest arc, with which the dragon walks to the end.
-    fn wider_bend(&self, dragon: usize) -> Option<Mend> {
+    fn wider_bend(&self, dragon: usize) -> Option<Fix> {
         let (owner, document) = documents(&self.plan.config).into_iter().nth(dragon)?;
         let path = document.route().as_path().filter(|_| document.drawing().is_none())?;
         let arcs = path.segments.iter().enumerate().filter_map(|(number, segment)| match segment {
@@ -139,7 +139,7 @@ impl Trial<'_> {
         wider.into_iter().find_map(|radius_m| {
             let put = Put::new(owner.segment(number, "radius_m"), radius_m);
             let is_walked = self.with(&put)?.planned()[dragon].dragon.tight_spot().is_none();
-            is_walked.then(|| Mend { words: format!("radius {radius_m:.2} m"), put })
+            is_walked.then(|| Fix { words: format!("radius {radius_m:.2} m"), put })
         })
     }
 }

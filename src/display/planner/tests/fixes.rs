@@ -1,11 +1,11 @@
-//! Mends: changes that take a problem of a plan away.
+//! Fixes: changes that take a problem of a plan away.
 
 use bench_dragon_geometry::dragon::{Meter, Question};
 use serde_json::{Value, json};
 
 use super::{config, folder};
 use crate::display::planner::edit::Edit;
-use crate::display::planner::mend::mends;
+use crate::display::planner::fix::fixes;
 use crate::display::planner::plan::{Plan, Touch};
 
 /// Two dragons that cross each other's way at the same time.
@@ -27,24 +27,24 @@ start_heading_deg = 90.0
 segments = [{ kind = 'line', length_m = 60 }]
 ";
 
-fn mended(text: &str) -> Vec<(String, Plan)> {
+fn fixed(text: &str) -> Vec<(String, Plan)> {
     let plan = Plan { text: text.to_owned(), config: config(text) };
     let touch = plan.touch(plan.times_s(), &Meter::of(1_000_000_000));
-    let mends = mends(&plan, &folder(), touch, &Question::default());
-    let after = |mend: &Value| {
-        let edit: Edit = serde_json::from_value(json!({ "kind": "put", "puts": mend["puts"] })).expect("an edit");
+    let fixes = fixes(&plan, &folder(), touch, &Question::default());
+    let after = |fix: &Value| {
+        let edit: Edit = serde_json::from_value(json!({ "kind": "put", "puts": fix["puts"] })).expect("an edit");
         let text = edit.apply(text, &plan.config).expect("the text has this place");
-        (mend["words"].as_str().expect("words").to_owned(), Plan { config: config(&text), text })
+        (fix["words"].as_str().expect("words").to_owned(), Plan { config: config(&text), text })
     };
-    mends.iter().map(after).collect()
+    fixes.iter().map(after).collect()
 }
 
 #[test]
-fn each_mend_takes_its_problem_away_and_keeps_every_comment() {
+fn each_fix_takes_its_problem_away_and_keeps_every_comment() {
     let spiral = "[route] # ours\nkind = \"spiral\"\npitch_m = 0.5 # narrow\nend_s = 360\n";
-    let found = mended(spiral);
+    let found = fixed(spiral);
     assert!(found[0].0.starts_with("pitch 0.5") && found[1].0.starts_with("end at "), "{found:?}");
-    let crossing = mended(CROSSING);
+    let crossing = fixed(CROSSING);
     let [(words, later)] = &crossing[..] else { panic!("{crossing:?}") };
     assert!(words.starts_with("start ") && words.ends_with(" s later"), "{words}");
     assert!(later.text.contains("# two streets") && later.text.contains("'gold' # leads"), "{}", later.text);
@@ -54,7 +54,7 @@ fn each_mend_takes_its_problem_away_and_keeps_every_comment() {
     }
     let tight = "[dragon]\nbenches = 8\n[route]\nkind = 'path'\nsegments = [{ kind = 'line', length_m = 20 }, \
                  { kind = 'arc', radius_m = 0.6, turn_deg = 180 }, # round\n{ kind = 'line', length_m = 20 }]\n";
-    let bend = mended(tight);
+    let bend = fixed(tight);
     let (words, plan) = bend.last().unwrap_or_else(|| panic!("so tight a bend stops the dragon"));
     assert!(words.starts_with("radius ") && plan.text.contains("# round"), "{words}\n{}", plan.text);
     assert!(plan.planned()[0].dragon.tight_spot().is_none(), "{words}");

@@ -1,4 +1,4 @@
-//! Stretches: the part of a route between two travels, segment by segment.
+//! The part of a route between two travels, segment by segment.
 
 use std::ops::RangeInclusive;
 
@@ -9,7 +9,7 @@ use super::{Route, count_while};
 
 /// A part of one segment of a route, between two parameters of the route.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Stretch<'a> {
+pub(super) struct SegmentPart<'a> {
     /// Index of the segment on the route.
     pub(super) number: usize,
     pub(super) placed: &'a PlacedSegment,
@@ -30,7 +30,7 @@ pub struct TightestBend {
 
 impl Route {
     /// The parts of the segments between two travels, in walking order. The end must lie on the curve.
-    pub(super) fn stretches(&self, from_m: f64, to_m: f64) -> impl Iterator<Item = Stretch<'_>> {
+    pub(super) fn segment_parts(&self, from_m: f64, to_m: f64) -> impl Iterator<Item = SegmentPart<'_>> {
         let [from_m, to_m] = [from_m, to_m].map(|travel_m| self.in_plan(travel_m));
         let first = count_while(&self.segments[1..], |placed| placed.begin_travel_m <= from_m);
         let reached =
@@ -40,7 +40,7 @@ impl Route {
             let rear = if number == first { placed.parameter(from_m) } else { placed.begin };
             let goes_on = self.segments.get(number + 1).is_some_and(|next| next.begin_travel_m < to_m);
             let front = if goes_on { placed.end() } else { placed.parameter(to_m) };
-            (rear < front).then_some(Stretch { number, placed, rear, front })
+            (rear < front).then_some(SegmentPart { number, placed, rear, front })
         })
     }
 
@@ -50,13 +50,13 @@ impl Route {
     /// The curvature of a line or an arc is constant, and that of a spiral is monotone. So it is largest at an end of a
     /// segment.
     pub fn tightest_bend(&self, from_m: f64, to_m: f64) -> Option<TightestBend> {
-        let ends = self.stretches(from_m, to_m).flat_map(|stretch| [(stretch, stretch.rear), (stretch, stretch.front)]);
+        let ends = self.segment_parts(from_m, to_m).flat_map(|part| [(part, part.rear), (part, part.front)]);
         let curvature =
-            |stretch: Stretch<'_>, at: f64| stretch.placed.segment.curve().curvature(stretch.placed.local(at)).abs();
-        let bends = ends.map(|(stretch, at)| (stretch, at, curvature(stretch, at)));
+            |part: SegmentPart<'_>, at: f64| part.placed.segment.curve().curvature(part.placed.local(at)).abs();
+        let bends = ends.map(|(part, at)| (part, at, curvature(part, at)));
         let tightest = bends.reduce(|tightest, bend| if bend.2 > tightest.2 { bend } else { tightest });
-        let (stretch, at, curvature) = tightest.filter(|&(_, _, curvature)| curvature > 0.0)?;
-        let (travel_m, point) = (self.in_space(stretch.placed.travel(at)), stretch.placed.kernel.at(at).position);
+        let (part, at, curvature) = tightest.filter(|&(_, _, curvature)| curvature > 0.0)?;
+        let (travel_m, point) = (self.in_space(part.placed.travel(at)), part.placed.kernel.at(at).position);
         Some(TightestBend { radius_m: curvature.recip(), travel_m, point })
     }
 
