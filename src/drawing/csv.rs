@@ -32,8 +32,8 @@ enum Separator {
 
 /// The polyline of the file's points. It is closed if its last point is its first.
 ///
-/// The columns are those named `x_m` and `y_m`, or `lon` and `lat`; without names, the first two of rows that have as many
-/// columns each. Numbers are divided by commas, semicolons, tabs or spaces. Lines that begin with `#` are comments.
+/// The columns are those named `x_m` and `y_m`, or `lon` and `lat`; without names, the first two, and all rows
+/// have as many columns. Numbers are divided by commas, semicolons, tabs or spaces. Lines that begin with `#` are comments.
 pub(super) fn path(bytes: &[u8], choice: &PathChoice<'_>) -> Result<Drawing, DrawingFileError> {
     require_one_path(choice)?;
     let text = utf8(bytes)?.trim_start_matches('\u{feff}');
@@ -67,7 +67,9 @@ pub(super) fn path(bytes: &[u8], choice: &PathChoice<'_>) -> Result<Drawing, Dra
     let mut points = vec![];
     for (line, row) in rows {
         let cells = separator.cells(row);
-        if used(&cells) > most || cells.len() < least {
+        // A row without the columns of a point has no two numbers, which is plainer.
+        let is_short = cells.len() < least && at.iter().all(|&column| column < cells.len());
+        if used(&cells) > most || is_short {
             let (found, row) = (cells.len(), quoted(row.trim()));
             return Err(DrawingFileError(format!(
                 "line {line} is {row}, with {found} columns, must have {most} as the first row; decimals need a point"

@@ -303,7 +303,7 @@ fn transforms_of_css_are_applied_or_refused() {
         ("<style>} path { transform: scale(2) }</style><path d=\"M0 0h10\"/>", "has a style sheet with \"} path\""),
         (
             "<symbol id=\"s\" transform=\"scale(2)\"><path d=\"M0 0h10\"/></symbol><use href=\"#s\"/>",
-            "has the transform \"scale(2)\", which is not supported for a symbol",
+            "has a transform, which is not supported for a symbol: move its use element",
         ),
         ("<rect width=\"calc(1px + 3px)\" height=\"3\"/><path d=\"M0 0h10\"/>", "has 2 paths: set id to one of them"),
         (

@@ -210,10 +210,10 @@ impl<'a> ApproachSearch<'a> {
         if !self.repeats() {
             let furthest_m = drifts_m.iter().copied().fold(0.0, f64::max);
             let reach_m = limit_m + 2.0 * furthest_m;
-            let pairs = self.near.within(&self.earlier.boards, reach_m).iter().map(|pair| pair.benches).collect();
-            let has_all = self.earlier.boards.len() < 3 || self.near.has_found_all(reach_m);
+            let pairs = self.near.all_within(&self.earlier.boards, reach_m);
+            let pairs = pairs.map(|pairs| pairs.iter().map(|pair| pair.benches).collect());
             self.dragon.meter().add(self.near.take_steps());
-            return has_all.then_some(pairs);
+            return pairs;
         }
         self.meter().add(self.earlier.boards.len() as u64);
         let boards = &self.earlier.boards;

@@ -317,9 +317,10 @@ impl ContactSearch {
         let furthest_m = (0..self.earlier.boards.len()).map(|bench| self.drift_m(bench)).fold(0.0, f64::max);
         let reach_m = self.clearance_m + 2.0 * furthest_m;
         self.pairs.clear();
-        self.pairs.extend(self.near.within(&self.earlier.boards, reach_m).iter().map(|pair| pair.benches));
+        let near = self.near.all_within(&self.earlier.boards, reach_m);
+        let has_all = near.map(|near| self.pairs.extend(near.iter().map(|pair| pair.benches))).is_some();
         self.dragon.meter().add(self.near.take_steps());
-        self.earlier.boards.len() < 3 || self.near.has_found_all(reach_m)
+        has_all
     }
 
     /// Collects the pairs of a leading bench that may touch on the stride.

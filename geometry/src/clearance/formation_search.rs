@@ -207,9 +207,10 @@ impl BetweenSearch {
         self.earlier.place(&self.formation, from_s);
         while self.earlier.time_s < to_s {
             self.stride(to_s, |_| None);
-            let (touch, has_all) = self.touch_on_stride();
+            let near = self.near_pairs();
+            let touch = near.as_ref().and_then(|near| self.touch_on_stride(near));
             let meter = self.formation.lead().meter();
-            if !has_all || meter.is_spent() {
+            if near.is_none() || meter.is_spent() {
                 return Err(Unfinished { spent: meter.spent(0.0), reached_s: self.earlier.time_s });
             }
             if touch.is_some() {
@@ -236,14 +237,14 @@ impl BetweenSearch {
         while self.earlier.time_s < to_s {
             self.stride(to_s, &known);
             let begin = events.len();
-            let (near, has_all) = self.near_pairs();
-            for benches in near {
+            let near = self.near_pairs();
+            for &benches in near.iter().flatten() {
                 let _ = self.track(benches, &mut |event| {
                     events.push(event);
                     ControlFlow::Continue(())
                 });
             }
-            if !has_all || self.formation.lead().meter().is_spent() {
+            if near.is_none() || self.formation.lead().meter().is_spent() {
                 events.truncate(begin);
                 return self.earlier.time_s;
             }
@@ -264,27 +265,26 @@ impl BetweenSearch {
         });
     }
 
-    /// The first contact on the stride from the earlier pose to the later one, and whether all near pairs were found.
-    fn touch_on_stride(&mut self) -> (Option<Meeting>, bool) {
-        let (near, has_all) = self.near_pairs();
+    /// The first contact of these pairs on the stride from the earlier pose to the later one.
+    fn touch_on_stride(&self, near: &[[usize; 2]]) -> Option<Meeting> {
         let meter = self.formation.lead().meter();
         let touches = near
             .iter()
             .take_while(|_| !meter.is_spent())
             .filter_map(|&benches| self.track(benches, &mut ControlFlow::Break).break_value());
-        let first = touches.min_by(PairEvent::order).map(|event| {
+        touches.min_by(PairEvent::order).map(|event| {
             let contact = *event.contact();
             Meeting { time_s: contact.travel_m, benches: contact.benches, point: contact.point }
-        });
-        (first, has_all)
+        })
     }
 
-    /// The pairs that may touch on the stride, and whether all of them were found.
-    fn near_pairs(&mut self) -> (Vec<[usize; 2]>, bool) {
+    /// The pairs that may touch on the stride; `None` if there are too many.
+    fn near_pairs(&mut self) -> Option<Vec<[usize; 2]>> {
         let reach_m = self.clearance_m + 2.0 * self.furthest_m();
-        let near = self.near.within(&self.earlier.boards, reach_m).iter().map(|pair| pair.benches).collect();
+        let near = self.near.all_within(&self.earlier.boards, reach_m);
+        let near = near.map(|near| near.iter().map(|pair| pair.benches).collect());
         self.formation.lead().meter().add(self.near.take_steps());
-        (near, self.near.has_found_all(reach_m))
+        near
     }
 
     /// Passes the events of a pair on the stride to `sink`.

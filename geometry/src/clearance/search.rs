@@ -85,9 +85,20 @@ impl ClearanceSearch {
         &self.found
     }
 
-    /// Whether the last search, up to this clearance, found every pair.
-    pub(super) fn has_found_all(&self, reach_m: f64) -> bool {
-        self.near.reaches(reach_m)
+    /// The same; `None`, without a search, if the list has no room for all of them.
+    pub(super) fn all_within(&mut self, boards: &[Board], reach_m: f64) -> Option<&[PairClearance]> {
+        self.found.clear();
+        if self.near.layout().first_pair(boards.len()).is_some() {
+            self.near.note(boards);
+            if !self.near.reaches(reach_m) {
+                self.near.renew(boards, reach_m);
+            }
+            if !self.near.reaches(reach_m) {
+                return None;
+            }
+            self.collect(boards, reach_m, reach_m);
+        }
+        Some(&self.found)
     }
 
     /// Returns the steps of work since the last call.

@@ -76,12 +76,12 @@ pub(crate) struct DoctorArgs {
     /// written into it.
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) out: Option<PathBuf>,
-    #[command(flatten, next_help_heading = "Flags of the show, for the checks of --tonight")]
-    pub(crate) manner: MannerArgs,
     #[command(flatten)]
     pub(crate) run: RunArgs,
     #[command(flatten)]
     pub(crate) format: FormatArgs,
+    #[command(flatten, next_help_heading = "Flags of the show, for the checks of --tonight")]
+    pub(crate) manner: MannerArgs,
 }
 
 pub(crate) fn run(args: &DoctorArgs) -> anyhow::Result<ExitCode> {

@@ -132,7 +132,7 @@ fn choose<'m, 'a>(model: &'m Model<'a>, choice: &PathChoice<'_>) -> Result<[Vec<
         };
     }
     if let Some(id) = choice.id.filter(|_| choice.is_id()) {
-        return choose_by_id(model, own, id);
+        return choose_by_id(model, &own, id);
     }
     let all: Vec<Shown<'m, 'a>> = own.into_iter().chain(model.inserted()).collect();
     let of = all.len();
@@ -148,7 +148,7 @@ fn choose<'m, 'a>(model: &'m Model<'a>, choice: &PathChoice<'_>) -> Result<[Vec<
 
 fn choose_by_id<'m, 'a>(
     model: &'m Model<'a>,
-    own: Vec<Shown<'m, 'a>>,
+    own: &[Shown<'m, 'a>],
     id: &str,
 ) -> Result<[Vec<Shown<'m, 'a>>; 2], DrawingFileError> {
     if let Some(only) = own.iter().find(|shown| has_name(Some(shown.entity.handle()), id)) {
@@ -156,14 +156,14 @@ fn choose_by_id<'m, 'a>(
     }
     let inserted = model.inserted();
     let is_wanted = |shown: &&Shown<'_, '_>| is_on_layer(model, shown, id) && shown.entity.text(60) != Some("1");
-    let [on_layer, blocks] = [&own, &inserted].map(|all| all.iter().filter(is_wanted).cloned().collect::<Vec<_>>());
+    let [on_layer, blocks] = [own, &inserted[..]].map(|all| all.iter().filter(is_wanted).cloned().collect::<Vec<_>>());
     if on_layer.is_empty() {
         let by_id: Vec<Shown<'m, 'a>> = inserted.iter().filter(|shown| has_id(model, shown, id)).cloned().collect();
         if !by_id.is_empty() {
             return Ok([vec![], by_id]);
         }
         if blocks.is_empty() {
-            let (quoted, known) = (quoted(id), known_names(&own, &inserted));
+            let (quoted, known) = (quoted(id), known_names(own, &inserted));
             return Err(DrawingFileError(format!("has no path with the handle, layer or block {quoted}; {known}")));
         }
     }

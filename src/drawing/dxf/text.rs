@@ -13,8 +13,8 @@ const FIRST_IN_UTF_8: &str = "AC1021";
 
 /// The text of a file, with all letters that are escaped. An escape without a letter stays as it is.
 ///
-/// Older files are in the code page of their header. Text that is valid UTF-8 is taken as such in any file, because many programs
-/// write it.
+/// Older files are in the code page of their header. Text that is valid UTF-8 is taken as such in any file, because many
+/// programs write it.
 pub(super) fn decoded(bytes: &[u8]) -> Cow<'_, str> {
     let text = match str::from_utf8(bytes) {
         Ok(text) => text.into(),

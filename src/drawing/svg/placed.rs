@@ -14,7 +14,8 @@ use super::style::Sheets;
 /// Attributes and properties with a length.
 pub(super) const LENGTHS: [&str; 13] =
     ["cx", "cy", "height", "r", "rx", "ry", "width", "x", "x1", "x2", "y", "y1", "y2"];
-/// Scales of a transform, other than 0, and its largest movement. usvg leaves out what has a scale near 0 or beyond single precision.
+/// Scales of a transform, other than 0, and its largest movement. usvg leaves out what has a scale near 0, or
+/// beyond single precision.
 const SCALES: [f64; 2] = [1e-6, 1e6];
 const MAX_MOVE: f64 = 1e9;
 /// Properties that usvg does not know, and their values that change nothing.
@@ -64,10 +65,8 @@ impl<'a> Placed<'a> {
                         .refuse(&format!("has the property all {}, which is not supported: remove it", quoted(value)));
                 }
                 "display" => placed.set(name, &value.to_ascii_lowercase()),
-                "animation" | "animation-name" => {
-                    if sheets.moves(value) {
-                        placed.refuse(&format!("has the {name} {}, which is not supported: remove it", quoted(value)));
-                    }
+                "animation" | "animation-name" if sheets.moves(value) => {
+                    placed.refuse(&format!("has the {name} {}, which is not supported: remove it", quoted(value)));
                 }
                 "transform" => placed.set_transform(value),
                 "transform-origin" if css_transform::origin_lacks_unit(value) => {
@@ -157,7 +156,8 @@ impl<'a> Placed<'a> {
             return;
         }
         match css_transform::of_style(value) {
-            Some(map) => self.values.push(("transform", matrix(&map))),
+            Some(map) if is_in_range(&map) => self.values.push(("transform", matrix(&map))),
+            Some(_) => self.refuse_range(value),
             None if css_transform::lacks_unit(value) => self.refuse(&format!(
                 "has the transform {} in a style, where lengths and angles must have a unit",
                 quoted(value)
@@ -168,6 +168,14 @@ impl<'a> Placed<'a> {
                 quoted(value)
             )),
         }
+    }
+
+    fn refuse_range(&mut self, transform: &str) {
+        let [least, most] = SCALES;
+        self.refuse(&format!(
+            "has the transform {}, must have scales from {least} to {most}, or 0, and move by at most {MAX_MOVE}",
+            quoted(transform)
+        ));
     }
 
     /// Removes a transform that is none, or that cannot be applied.
@@ -185,11 +193,7 @@ impl<'a> Placed<'a> {
             ));
         };
         if !is_in_range(&map) {
-            let [least, most] = SCALES;
-            return self.refuse(&format!(
-                "has the transform {}, must have scales from {least} to {most}, or 0, and move by at most {MAX_MOVE}",
-                quoted(&value)
-            ));
+            return self.refuse_range(&value);
         }
         self.values.push((name, value));
         if map.matrix2 == DMat2::IDENTITY {
@@ -232,7 +236,7 @@ impl<'a> Placed<'a> {
             let value = node.attribute(name).or(self.get(name))?;
             (!is_zero(value)).then(|| format!("has {name} {}", quoted(value)))
         });
-        let transform = self.get("transform").map(|value| format!("has the transform {}", quoted(value)));
+        let transform = self.get("transform").map(|_| "has a transform".to_owned());
         if let Some(found) = moved.or(transform) {
             self.refuse(&format!("{found}, which is not supported for a symbol: move its use element"));
         }
@@ -365,16 +369,16 @@ mod tests {
         for value in ["scale(2 3)", "scale(2),scale(2)", "scale (2)", "scale(3)!ie", "rotate(10deg, 5px, 5px)"] {
             for attribute in ["", "transform=\"scale(3)\""] {
                 let reason = format!(
-                    "the element <path> has the transform \"{value}\", which is not supported: in a style it must be functions \
-                     such as {allowed}"
+                    "the element <path> has the transform \"{value}\", which is not supported: in a style it must be \
+                     functions such as {allowed}"
                 );
                 assert_eq!(error_of(&format!("style=\"transform: {value}\" {attribute}")), Some(reason));
             }
         }
         for value in ["translate(10px,5px)", "rotate(10deg)", "scaleX(2)", "SCALE(2)", "scale(2),"] {
             let reason = format!(
-                "the element <path> has the transform \"{value}\", which is not supported: as an attribute it must be functions \
-                 such as translate(10, 5), rotate(30) or scale(2, 3)"
+                "the element <path> has the transform \"{value}\", which is not supported: as an attribute it must be \
+                 functions such as translate(10, 5), rotate(30) or scale(2, 3)"
             );
             assert_eq!(error_of(&format!("transform=\"{value}\"")), Some(reason));
             assert_eq!(error_of(&format!("transform=\"{value}\" style=\"transform: scale(2)\"")), None, "{value}");
@@ -393,6 +397,8 @@ mod tests {
             let reason = format!("the element <path> has the transform \"{value}\", {limits}");
             assert_eq!(error_of(&format!("transform=\"{value}\"")), Some(reason));
         }
+        let reason = format!("the element <path> has the transform \"scale(1e-8)\", {limits}");
+        assert_eq!(error_of("style=\"transform: scale(1e-8)\""), Some(reason));
         let reason = "has no path that is shown: a path needs a length, and a transform whose scale is not 0";
         assert_eq!(error_of("transform=\"scale(0)\"").as_deref(), Some(reason));
     }

@@ -50,8 +50,8 @@ pub(super) struct Reduced {
 pub(super) struct Sizes {
     /// The width and the height of the page.
     pub(super) page: [Option<String>; 2],
-    /// The upper left corner of the page in its own coordinates. In the reduced file it is the origin, because its coordinates
-    /// may be too large for single precision.
+    /// The upper left corner of the page in its own coordinates. In the reduced file it is the origin, because its
+    /// coordinates may be too large for single precision.
     pub(super) corner: DVec2,
     /// Elements with a length in per cent.
     pub(super) percentages: HashSet<NodeId>,
