@@ -152,14 +152,13 @@ impl CommandEvent {
     /// `None` for other events.
     pub fn ordered_mps(&self) -> Option<f64> {
         let [value, _, course_mps, _] = self.values;
-        match self.event_kind()? {
-            EventKind::Start => Some(course_mps),
-            EventKind::Speed | EventKind::Pace if self.refusal != 0 => None,
+        let kind = self.event_kind()?;
+        let orders = matches!(kind, EventKind::Start | EventKind::Speed | EventKind::Pace) && self.refusal == 0;
+        match kind {
             // Earlier versions recorded 0 here.
-            EventKind::Speed if course_mps == 0.0 => Some(value),
+            EventKind::Speed if orders && course_mps == 0.0 => Some(value),
             EventKind::Pace if course_mps == 0.0 && value != 0.0 => None,
-            EventKind::Speed | EventKind::Pace => Some(course_mps),
-            _ => None,
+            _ => orders.then_some(course_mps),
         }
     }
 

@@ -327,7 +327,7 @@ impl ObserverState {
         let replay = replay.filter(|replay| Some(replay.run_id) == run_id);
         let start = self.start.filter(|(of_run, _)| Some(*of_run) == run_id);
         let is_restarted = start.is_some_and(|(_, start)| start.is_restarted);
-        Snapshot { status, replay, is_restarted, ..snapshot }
+        Snapshot { is_restarted, status, replay, ..snapshot }
     }
 
     /// Begins the run of the newest frame, once its description has arrived.
