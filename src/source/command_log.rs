@@ -73,16 +73,13 @@ pub fn answer_command(
     tick: u64,
     decide: impl FnMut(Request) -> Result<f64, Refusal>,
 ) -> (CommandReply, CommandEvent) {
-    match Request::from_wire(command).ok_or(Refusal::Unknown).and_then(decide) {
-        Ok(course_mps) => {
-            let reply = CommandReply::accepted(run_id, tick);
-            (reply, CommandEvent::answered(command, &reply).ordering(course_mps))
-        }
-        Err(refusal) => {
-            let reply = CommandReply::refused(run_id, tick, refusal);
-            (reply, CommandEvent::answered(command, &reply))
-        }
-    }
+    let outcome = Request::from_wire(command).ok_or(Refusal::Unknown).and_then(decide);
+    let reply = match outcome {
+        Ok(_) => CommandReply::accepted(run_id, tick),
+        Err(refusal) => CommandReply::refused(run_id, tick, refusal),
+    };
+    let event = CommandEvent::answered(command, &reply);
+    (reply, outcome.map_or(event, |course_mps| event.ordering(course_mps)))
 }
 
 /// Command whose client waits for a reply.

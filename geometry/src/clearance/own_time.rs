@@ -242,10 +242,8 @@ impl<'a> LeastClearance<'a> {
     /// Searches own times of the first dragon from `from_s` to `to_s`. The result is exact to [`LEAST_M`], or to [`SHARE`] of it.
     /// The least clearance near it is then found exactly.
     pub(super) fn over(mut self, [from_s, to_s]: [f64; 2]) -> Nearest {
-        let ends = [self.posed(from_s), self.posed(to_s)];
-        self.note(from_s, &ends[0]);
-        self.note(to_s, &ends[1]);
-        self.halve([from_s, to_s], &ends);
+        let ends = [from_s, to_s].map(|time_s| self.look(time_s, f64::INFINITY));
+        self.halve(&ends[0], &ends[1]);
         let best = self.best.expect("an end is noted");
         let time_s = best.times_s[0];
         let reach_s = 0.5 * self.walkers[0].stride_s().min(self.walkers[1].stride_s());
@@ -258,39 +256,45 @@ impl<'a> LeastClearance<'a> {
         nearest_at(self.walkers, [time_s, time_s - self.delay_s])
     }
 
-    fn posed(&self, time_s: f64) -> [Arc<Posed>; 2] {
-        [self.walkers[0].at(time_s), self.walkers[1].at(time_s - self.delay_s)]
-    }
-
-    /// Keeps the nearest boards. Returns their clearance at this time.
-    fn note(&mut self, time_s: f64, posed: &[Arc<Posed>; 2]) -> f64 {
-        let (benches, clearance_m) = nearest(&posed[0], &posed[1]);
-        if self.best.is_none_or(|best| clearance_m < best.approach.clearance_m) {
+    /// Places both dragons, and keeps their nearest boards. These are searched up to a clearance of `reach_m`.
+    fn look(&mut self, time_s: f64, reach_m: f64) -> Moment {
+        let posed = [self.walkers[0].at(time_s), self.walkers[1].at(time_s - self.delay_s)];
+        let found = posed[0].tree.nearest_within(&posed[1].tree, [f64::NEG_INFINITY, reach_m]);
+        if let Some((benches, clearance_m)) = found
+            && self.best.is_none_or(|best| clearance_m < best.approach.clearance_m)
+        {
             let approach = posed[0].tree.boards()[benches[0]].approach(&posed[1].tree.boards()[benches[1]]);
             self.best = Some(Nearest { times_s: [time_s, time_s - self.delay_s], benches, approach });
         }
-        clearance_m
+        Moment { time_s, posed, least_m: found.map_or(reach_m, |(_, clearance_m)| clearance_m) }
     }
 
-    fn halve(&mut self, [from_s, to_s]: [f64; 2], ends: &[[Arc<Posed>; 2]; 2]) {
-        let drifts_m = [0, 1].map(|i| self.walkers[i].drift_m(&ends[0][i], &ends[1][i]));
-        let drift_m = drifts_m[0] + drifts_m[1];
-        let clearances_m = [0, 1].map(|end| nearest(&ends[end][0], &ends[end][1]).1);
+    fn halve(&mut self, earlier: &Moment, later: &Moment) {
+        let drift_m = |i: usize| self.walkers[i].drift_m(&earlier.posed[i], &later.posed[i]);
+        let drift_m = drift_m(0) + drift_m(1);
         let best_m = self.best.expect("an end is noted").approach.clearance_m;
-        let least_m = 0.5 * (clearances_m[0] + clearances_m[1] - drift_m);
-        let middle_s = 0.5 * (from_s + to_s);
+        let least_m = 0.5 * (earlier.least_m + later.least_m - drift_m);
+        let middle_s = 0.5 * (earlier.time_s + later.time_s);
         let is_spent = self.walkers[0].planned.dragon.meter().is_spent();
-        let is_short = middle_s <= from_s || middle_s >= to_s || is_spent;
+        let is_short = middle_s <= earlier.time_s || middle_s >= later.time_s || is_spent;
         if is_short || least_m >= best_m - (SHARE * best_m.abs()).max(LEAST_M) {
             return;
         }
-        let middle = self.posed(middle_s);
-        self.note(middle_s, &middle);
-        let [earlier, later] = ends;
-        let halves = [[earlier.clone(), middle.clone()], [middle, later.clone()]];
-        self.halve([from_s, middle_s], &halves[0]);
-        self.halve([middle_s, to_s], &halves[1]);
+        // With a greater clearance in the middle, both halves are done.
+        let reach_m = (2.0 * best_m + drift_m - earlier.least_m.min(later.least_m)).max(best_m);
+        let middle = self.look(middle_s, reach_m);
+        self.halve(earlier, &middle);
+        self.halve(&middle, later);
     }
+}
+
+/// Both dragons at a time of a plan.
+struct Moment {
+    /// Own time of the first dragon.
+    time_s: f64,
+    posed: [Arc<Posed>; 2],
+    /// A lower bound on their clearance.
+    least_m: f64,
 }
 
 #[cfg(test)]
