@@ -64,7 +64,8 @@ impl Rehearsal {
             let position = Position { since_midnight_s: position_s.rem_euclid(DAY_S), day_s: DAY_S };
             self.follower.hear(TimecodeSample { position, arrived_ns: (due_ns + late_ns).saturating_sub(2 * TICK_NS) });
         }
-        let show = ShowPosition { show_time_s: self.motion.next_sim_s(), is_stopped: self.motion.is_stopped() };
+        let (show_time_s, is_stopped) = (self.motion.next_sim_s(), self.motion.is_stopped());
+        let show = ShowPosition { show_time_s, is_stopped, is_resumed: false };
         let (order, event) = self.follower.steer(due_ns, show);
         self.events.extend(event);
         if let Some(show_time_s) = order.seek_s {

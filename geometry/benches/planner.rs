@@ -34,6 +34,19 @@ fn contact(criterion: &mut Criterion) {
     criterion.bench_function("first contact of the paper's dragon", |bencher| bencher.iter(first));
 }
 
+/// From the dimensions to the first contact of 100,000 benches on the paper's spiral, which reaches further out for them.
+fn contact_of_many(criterion: &mut Criterion) {
+    let first = || {
+        let route = Arc::new(Route::spiral(0.55, 400.0).expect("the paper's pitch is valid"));
+        let dragon = Dragon::new(paper_benches(100_000), route).expect("the dragon stands on the spiral");
+        first_contact(&dragon, 0.0, dragon.end_travel_m())
+            .expect("no limit")
+            .expect("the paper's dragon touches itself")
+    };
+    assert_eq!(first().benches, [0, 8]);
+    criterion.bench_function("first contact of 100,000 benches", |bencher| bencher.iter(first));
+}
+
 /// From the route to the first contact, or to the end of its run, on routes of 1 km.
 fn contact_on_a_path(criterion: &mut Criterion) {
     for (name, route) in [("a street and two spirals", shared::mixed()), ("a winding street", shared::winding(670))] {
@@ -230,6 +243,7 @@ fn chain(criterion: &mut Criterion) {
 criterion_group!(
     planner,
     contact,
+    contact_of_many,
     contact_on_a_path,
     pitch,
     speed_limit,

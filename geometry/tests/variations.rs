@@ -8,9 +8,7 @@ use bench_dragon_geometry::planner::{
     BoardVariation, Change, HandleVariation, Parameter, Setting, Witness, handle_variations,
 };
 use bench_dragon_geometry::route::RouteFamily;
-use bench_dragon_geometry::route::{
-    PathSegment, PathSpec, Placement, RouteShape, RouteSpec, SpiralSpec, TurnaroundSpec,
-};
+use bench_dragon_geometry::route::{PathSegment, PathSpec, Placement, Route, RouteSpec, SpiralSpec, TurnaroundSpec};
 use glam::DVec2;
 use proptest::prelude::*;
 use test_support::dragons::{paper_benches, wide_paths};
@@ -68,20 +66,12 @@ const CHANGES: [Change; 9] = [
     Change::Measure(Parameter::TurnLine),
 ];
 
-/// Bound on the error of [`difference`] by the rounding of the first `handles` handles. A spiral rounds its angle from the centre, which is
-/// large where its radii are nearly equal. Each link adds that of its rear handle.
-fn rounding_error(setting: &Setting, handles: usize) -> f64 {
-    let RouteShape::Path(path) = &setting.route.shape else { return 0.0 };
-    let rounding_m = |segment: &PathSegment| match *segment {
-        PathSegment::Spiral { start_radius_m, end_radius_m, turn } => {
-            let radius_m = start_radius_m.max(end_radius_m);
-            f64::EPSILON * radius_m * radius_m * turn.abs() / (end_radius_m - start_radius_m).abs()
-        }
-        _ => 0.0,
-    };
-    let rounding_m = path.segments.iter().map(rounding_m).fold(0.0, f64::max);
-    // The factors of the four positions are 18 in all.
-    18.0 * 2.0 * handles as f64 * rounding_m / (12.0 * STEP_M)
+/// Bound on the error of [`difference`] by the rounding of these handles. It is large on a spiral that is nearly an arc, whose angle from the
+/// centre is. Each link adds the rounding of its rear handle. The factors of the four positions are 18 in all.
+fn rounding_error(route: &Route, handles: &[Handle]) -> f64 {
+    let rounding_m =
+        |handle: &Handle| route.rounding_m(handle.parameter, route.point(handle.parameter).speed_m_per_unit);
+    18.0 * handles.iter().map(rounding_m).sum::<f64>() / (12.0 * STEP_M)
 }
 
 /// Distance from a seam within which handles are not compared, because the differences would cross the seam. A handle far behind
@@ -122,7 +112,7 @@ fn check(setting: &Setting, travel_m: f64) {
                 setting.dimensions, setting.route.shape
             );
             let near = |actual: f64, expected: f64| {
-                let allowed = 2e-6 * (1.0 + expected.abs()) + rounding_error(setting, i + 1);
+                let allowed = 2e-6 * (1.0 + expected.abs()) + rounding_error(route, &now.handles[..=i]);
                 assert!((actual - expected).abs() <= allowed, "{what}: {actual}, by differences {expected}");
             };
             near(variation.position.x, central(&|stand| stand.handles[i].position.x));
@@ -165,7 +155,7 @@ fn check_clearances(
             let clearance_m = |i: usize| around[i].boards[first].clearance(&around[i].boards[second]);
             let expected = difference([0, 1, 2, 3].map(clearance_m));
             let ends = [0, 3].map(|i: usize| pair.map(|bench| &around[i].boards[bench]));
-            let rounding = 2.0 * rounding_error(setting, second + 2);
+            let rounding = 2.0 * rounding_error(now.dragon.route(), &now.handles[..second + 2]);
             let allowed = 2e-6 * (1.0 + expected.abs()) + corner_error(boards, ends) + rounding;
             let what = format!("benches {pair:?} of {:?}, {change:?}", setting.route.shape);
             assert!((actual - expected).abs() <= allowed, "{what}: {actual}, by differences {expected}");

@@ -102,11 +102,6 @@ impl TickInputs for Inputs<'_> {
             let (reply, event) = answer_command(&request.to_wire(), self.run_id, self.tick, &mut *decide);
             self.log.record(event, moment);
             let outcome = reply.outcome().map(|_tick| ());
-            if let Some(following) =
-                self.following.as_deref_mut().filter(|_| request == Request::Resume && outcome.is_ok())
-            {
-                following.note_resume();
-            }
             self.decided.push(Decided { caller: Some(caller), request, outcome, reply: Some(reply) });
         }
     }

@@ -192,6 +192,7 @@ impl SourcePorts {
         tick: u64,
         mut decide: impl FnMut(Request) -> Result<(), Refusal>,
     ) {
+        // The ordered speed is for the record alone.
         self.answer_commands(tick, |request| decide(request).map(|()| 0.0), |_, _| ());
     }
 

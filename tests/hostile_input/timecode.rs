@@ -43,7 +43,7 @@ pub(crate) fn check(input: &[u8]) {
 
 fn tick(follower: &mut Follower, motion: &mut Motion, now_ns: u64) {
     let before_ns = motion.head().show_time_ns;
-    let show = ShowPosition { show_time_s: motion.next_sim_s(), is_stopped: motion.is_stopped() };
+    let show = ShowPosition { show_time_s: motion.next_sim_s(), is_stopped: motion.is_stopped(), is_resumed: false };
     let (order, _) = follower.steer(now_ns, show);
     if let Some(show_time_s) = order.seek_s {
         motion.request(Request::Seek { show_time_s }).expect("the time is within the run");

@@ -15,7 +15,7 @@ fn sample(position_s: f64, arrived_ms: u64) -> TimecodeSample {
 }
 
 fn show(show_time_s: f64) -> ShowPosition {
-    ShowPosition { show_time_s, is_stopped: false }
+    ShowPosition { show_time_s, is_stopped: false, is_resumed: false }
 }
 
 /// Returns a follower that has heard a running timecode up to position 20 s at 1000 ms.
@@ -144,7 +144,7 @@ fn a_show_that_has_not_met_the_timecode_seeks_it_however_near_it_is() {
 #[test]
 fn a_stopped_show_seeks_nothing_and_stands_only_before_its_first_meeting() {
     for (mut follower, stands) in [(heard(SETTINGS), true), (met(), false)] {
-        let stopped = ShowPosition { show_time_s: 0.0, is_stopped: true };
+        let stopped = ShowPosition { show_time_s: 0.0, is_stopped: true, is_resumed: false };
         let order = follower.steer(1_000_000_000, stopped).0;
         assert_eq!((order.seek_s, order.stands), (None, stands));
         follower.hear(sample(20.0, 1101));
@@ -237,15 +237,18 @@ fn a_resume_lets_a_show_walk_on_by_itself_until_timecode_leads() {
     let lost = heard(SETTINGS);
     for (mut follower, now_ms) in [(fresh, 1000), (lost, 2500)] {
         assert!(steer(&mut follower, now_ms, 5.0).stands);
-        follower.go_alone();
-        assert!(!steer(&mut follower, now_ms + 1, 5.0).stands);
+        let resume = |follower: &mut Follower, now_ms: u64, show_time_s: f64| {
+            follower.steer(now_ms * 1_000_000, ShowPosition { is_resumed: true, ..show(show_time_s) }).0.stands
+        };
+        assert!(!resume(&mut follower, now_ms + 1, 5.0));
+        assert!(!steer(&mut follower, now_ms + 2, 5.0).stands);
         follower.hear(sample(30.0, now_ms + 40));
         follower.hear(sample(30.04, now_ms + 80));
         assert_eq!(steer(&mut follower, now_ms + 80, 5.1).seek_s, Some(30.04));
         follower.note_seek(true);
         assert!(!steer(&mut follower, now_ms + 81, 30.04).stands);
         // A timecode that leads is the master: it stands, and is lost, so the show stands.
-        follower.go_alone();
+        assert!(!resume(&mut follower, now_ms + 90, 30.05));
         follower.hear(sample(30.04, now_ms + 300));
         assert!(steer(&mut follower, now_ms + 301, 30.04).stands);
         assert!(steer(&mut follower, now_ms + 2000, 30.04).stands);

@@ -77,7 +77,7 @@ impl Side {
 /// A rectangle of own times.
 pub(super) type Cell = [Side; 2];
 
-/// What is known of a cell in which boards may be within the clearance.
+/// Facts about a cell in which boards may be within the clearance.
 pub(super) struct Look {
     /// Whether boards are within the clearance at each of two opposite corners.
     pub(super) is_met: [bool; 2],

@@ -61,7 +61,7 @@ pub(super) struct Posed {
 #[derive(Clone, Debug)]
 struct Kept<K, T>(RefCell<HashMap<K, T>>);
 
-/// Most boards of the trees that are kept: some 50 MB.
+/// Most boards of the trees that are kept: some 60 MB with poses, 25 MB without.
 const MOST_KEPT_BOARDS: usize = 1 << 18;
 
 impl<K: Eq + Hash, T: Clone> Kept<K, T> {

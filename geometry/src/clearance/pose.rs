@@ -3,13 +3,10 @@
 use std::cell::{RefCell, RefMut};
 use std::sync::Arc;
 
-use super::stride_extent::{StrideExtent, WalkedArc};
+use super::stride_extent::{PLACE_ERROR_M, StrideExtent, WalkedArc};
 use crate::dragon::board::Board;
 use crate::dragon::chain::Handle;
 use crate::dragon::{ChainStepper, Dragon};
-
-/// Bound on the rounding of a way of a handle, in metres.
-const ROUNDING_M: f64 = 1e-9;
 
 /// Handles and boards at one travel, in reused buffers.
 #[derive(Clone, Debug, Default)]
@@ -91,15 +88,14 @@ impl Pose {
         drift_m(dragon, bench, &self.boards[bench], [bench, bench + 1].map(walked_m))
     }
 
-    /// Where a handle may be up to a later pose.
-    pub(super) fn walked_arc(&self, later: &Self, handle: usize) -> WalkedArc {
-        let ends = [self, later].map(|pose| pose.handles[handle].position);
-        WalkedArc::new(ends, later.handle_travels_m[handle] - self.handle_travels_m[handle] + ROUNDING_M)
-    }
-
     /// Where a bench may be up to a later pose.
     pub(super) fn extent(&self, later: &Self, dragon: &Dragon, bench: usize) -> StrideExtent {
-        StrideExtent::new(dragon, bench, [bench, bench + 1].map(|handle| self.walked_arc(later, handle)))
+        let arc = |handle: usize| {
+            let ends = [self, later].map(|pose| pose.handles[handle].position);
+            let walked_m = later.handle_travels_m[handle] - self.handle_travels_m[handle];
+            WalkedArc::new(ends, walked_m + 4.0 * PLACE_ERROR_M)
+        };
+        StrideExtent::new(dragon, bench, [bench, bench + 1].map(arc))
     }
 
     pub(super) fn bench_pose(&self, bench: usize) -> BenchPose {

@@ -17,11 +17,8 @@ use std::collections::VecDeque;
 use glam::DVec2;
 
 use super::pose::Pose;
-use super::stride_extent::{StrideExtent, WalkedArc, is_kept_apart};
+use super::stride_extent::{PLACE_ERROR_M, StrideExtent, WalkedArc, is_kept_apart};
 use crate::dragon::{Dimensions, Dragon};
-
-/// Bound on the error of a place, in metres.
-const ERROR_M: f64 = 1e-5;
 
 /// Where a handle is or was.
 #[derive(Clone, Copy, Debug)]
@@ -92,7 +89,7 @@ impl Stand {
     /// Where a handle may be up to a later pose.
     fn arc(&self, later: &Self, handle: usize) -> WalkedArc {
         let ends = [self, later].map(|stand| stand.0[handle].position);
-        WalkedArc::new(ends, self.walked_m(later, handle) + 4.0 * ERROR_M)
+        WalkedArc::new(ends, self.walked_m(later, handle) + 4.0 * PLACE_ERROR_M)
     }
 
     /// Where a bench may be up to a later pose.
@@ -211,7 +208,7 @@ impl RepeatedWalk {
     /// The middles of two links behind each other are at most a link apart. So benches far behind one that is far away are passed over.
     fn find_pairs(&self, dragon: &Dragon, clearance_m: f64, pairs: &mut Vec<[usize; 2]>) {
         let Self { earlier, later, .. } = self;
-        let radius_m = |bench: usize| dragon.board_radius_m(bench) + 4.0 * ERROR_M;
+        let radius_m = |bench: usize| dragon.board_radius_m(bench) + 4.0 * PLACE_ERROR_M;
         let (link_m, walked_m) = (dragon.dimensions().link_m(1), earlier.longest_walked_m(later));
         dragon.meter().add(dragon.dimensions().benches() as u64);
         pairs.clear();

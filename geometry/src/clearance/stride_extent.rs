@@ -17,6 +17,10 @@ use glam::DVec2;
 use crate::dragon::board::Board;
 use crate::dragon::{Dimensions, Dragon};
 
+/// Bound on the error of a place of a handle, in metres. It is large for repeated places of a long walk, and on large spirals that are nearly
+/// arcs; elsewhere places are exact to some 10⁻¹² m.
+pub(super) const PLACE_ERROR_M: f64 = 1e-5;
+
 /// Where a handle may be on a stride.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct WalkedArc {
@@ -181,11 +185,12 @@ mod tests {
     }
 
     fn arc([earlier, .., later]: &[Pose; 3], handle: usize) -> WalkedArc {
-        earlier.walked_arc(later, handle)
+        let ends = [earlier, later].map(|pose| pose.handles[handle].position);
+        WalkedArc::new(ends, later.handle_travels_m[handle] - earlier.handle_travels_m[handle] + ROUNDING_M)
     }
 
-    fn extent(dragon: &Dragon, bench: usize, [earlier, .., later]: &[Pose; 3]) -> StrideExtent {
-        earlier.extent(later, dragon, bench)
+    fn extent(dragon: &Dragon, bench: usize, poses: &[Pose; 3]) -> StrideExtent {
+        StrideExtent::new(dragon, bench, [bench, bench + 1].map(|handle| arc(poses, handle)))
     }
 
     proptest! {

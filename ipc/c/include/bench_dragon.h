@@ -176,8 +176,7 @@ typedef enum {
    */
   BD_COMMAND_RESUME = 1,
   /**
-   * Walk at this speed of the head, in metres per show second, 0 to 10. Third value: the speed
-   * along the course.
+   * Walk at this speed of the head, in metres per show second, 0 to 10.
    */
   BD_COMMAND_SPEED = 2,
   /**
@@ -198,8 +197,8 @@ typedef enum {
    */
   BD_COMMAND_STOP = 6,
   /**
-   * Play at this pace: plan time per show time. Third value: the speed along the course, in metres
-   * per show second. A replay does not record the commands that it takes.
+   * Play at this pace: plan time per show time. A replay does not record the commands that it
+   * takes.
    */
   BD_COMMAND_PACE = 12,
   /**
@@ -305,8 +304,7 @@ typedef enum {
    */
   BD_EVENT_RESUME = 1,
   /**
-   * Walk at this speed of the head, in metres per show second, 0 to 10. Third value: the speed
-   * along the course.
+   * Walk at this speed of the head, in metres per show second, 0 to 10.
    */
   BD_EVENT_SPEED = 2,
   /**
@@ -348,8 +346,8 @@ typedef enum {
    */
   BD_EVENT_END = 11,
   /**
-   * Play at this pace: plan time per show time. Third value: the speed along the course, in metres
-   * per show second. A replay does not record the commands that it takes.
+   * Play at this pace: plan time per show time. A replay does not record the commands that it
+   * takes.
    */
   BD_EVENT_PACE = 12,
   /**

@@ -30,7 +30,8 @@ pub struct CommandEvent {
     pub wall_ns: i64,
     /// Number of periods that the run missed before this tick.
     pub overruns: u64,
-    /// Values of the command in their order; 0 for unused ones. For a start, see [`RunStart`].
+    /// Values of the command in their order; 0 for unused ones. For the third of a speed and of a pace, see
+    /// [`CommandEvent::ordered_mps`]; for a start, see [`RunStart`].
     pub values: [f64; 4],
     /// Least allowed value, where a value was out of range.
     pub lowest: f64,
@@ -60,7 +61,7 @@ wire_enum! {
         Pause = 0, "pause";
         /// Walk on after `pause`.
         Resume = 1, "resume";
-        /// Walk at this speed of the head, in metres per show second, 0 to 10. Third value: the speed along the course.
+        /// Walk at this speed of the head, in metres per show second, 0 to 10.
         Speed = 2, "speed";
         /// Seek to this show time, in seconds.
         Seek = 3, "seek";
@@ -81,8 +82,7 @@ wire_enum! {
         Start = 10, "start";
         /// The run has ended in order. This is the last event, at the last tick of the run.
         End = 11, "end";
-        /// Play at this pace: plan time per show time. Third value: the speed along the course, in metres per show second. A replay does
-        /// not record the commands that it takes.
+        /// Play at this pace: plan time per show time. A replay does not record the commands that it takes.
         Pace = 12, "pace";
         /// Walk on from a cue that waits.
         Go = 13, "go";

@@ -74,7 +74,8 @@ impl HeadMotion {
     /// The travel that the head passes at a show time, at most `most_m`, to a micrometre.
     pub(super) fn travel_at_m(&self, time_s: f64, most_m: f64) -> f64 {
         let [mut low_m, mut high_m] = [self.clock.travel_m, most_m];
-        while high_m - low_m > 1e-6 {
+        // A course has at most 10⁷ m, or some 2⁴⁴ µm.
+        for _ in 0..44 {
             let middle_m = 0.5 * (low_m + high_m);
             if self.passing(middle_m).time_s < time_s { low_m = middle_m } else { high_m = middle_m }
         }

@@ -326,7 +326,8 @@ impl ObserverState {
         let run_id = snapshot.header().map(|header| header.run_id);
         let replay = replay.filter(|replay| Some(replay.run_id) == run_id);
         let start = self.start.filter(|(of_run, _)| Some(*of_run) == run_id);
-        let is_restarted = start.is_some_and(|(_, start)| start.is_restarted);
+        // A replay of a restarted run was not restarted itself.
+        let is_restarted = replay.is_none() && start.is_some_and(|(_, start)| start.is_restarted);
         Snapshot { is_restarted, status, replay, ..snapshot }
     }
 

@@ -11,6 +11,7 @@ mod path_data;
 mod placed;
 mod reduced;
 mod shape;
+mod sheet_text;
 mod shown;
 mod style;
 

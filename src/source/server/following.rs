@@ -62,11 +62,6 @@ impl TimecodeFollowing {
         (self.kind, self.follower.timecode_state())
     }
 
-    /// Notes an operator's `resume`: while no timecode leads, the show walks on by itself until one does.
-    pub fn note_resume(&mut self) {
-        self.follower.go_alone();
-    }
-
     /// Takes the newest timecode at the tick that is due at `due_ns`, for a show at this position, and passes changes to `record`.
     /// `seek` moves the show. Returns the timecode's effect on the show from this tick on.
     pub fn steer(

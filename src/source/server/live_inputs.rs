@@ -35,15 +35,7 @@ impl TickInputs for LiveInputs<'_> {
             let stop = CommandEvent::plain(EventKind::Stop, Sender::Signal, self.tick);
             self.ports.report.commands.record(stop, moment);
         }
-        let mut is_resumed = false;
-        self.ports.take_commands(self.tick, moment, |request| {
-            let outcome = decide(request);
-            is_resumed |= request == Request::Resume && outcome.is_ok();
-            outcome
-        });
-        if let Some(following) = self.following.as_deref_mut().filter(|_| is_resumed) {
-            following.note_resume();
-        }
+        self.ports.take_commands(self.tick, moment, decide);
     }
 
     fn steering(

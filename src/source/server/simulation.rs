@@ -119,10 +119,15 @@ impl Simulation {
             // The follower compensates the timecode's lead instead.
             self.motion.forget_lag();
         }
-        inputs.requests(self.motion.head(), &mut |request| self.answer(request));
+        let mut is_resumed = false;
+        inputs.requests(self.motion.head(), &mut |request| {
+            let outcome = self.answer(request);
+            is_resumed |= request == Request::Resume && outcome.is_ok();
+            outcome
+        });
         let Self { motion, .. } = self;
         let head = motion.head();
-        let show = ShowPosition { show_time_s: motion.next_sim_s(), is_stopped: motion.is_stopped() };
+        let show = ShowPosition { show_time_s: motion.next_sim_s(), is_stopped: motion.is_stopped(), is_resumed };
         let mut seek = |show_time_s| motion.request(Request::Seek { show_time_s });
         if let Some(Steering { stands, leads, time_scale }) = inputs.steering(head, show, &mut seek) {
             self.motion.set_stands(stands);

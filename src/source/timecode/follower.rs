@@ -51,6 +51,8 @@ pub struct ShowPosition {
     pub show_time_s: f64,
     /// Whether the operator has paused or held the show.
     pub is_stopped: bool,
+    /// Whether the operator has resumed it at this tick.
+    pub is_resumed: bool,
 }
 
 /// Response of the show from this tick on.
@@ -143,11 +145,6 @@ impl Follower {
         }
     }
 
-    /// Lets the show walk on by itself until the timecode leads again. A timecode that leads stays the master.
-    pub fn go_alone(&mut self) {
-        self.goes_alone = !self.leads();
-    }
-
     /// Takes a sample. Samples come in the order of their arrival.
     pub fn hear(&mut self, sample: TimecodeSample) {
         let heard = self.newest.map(|newest| TimecodeSample { arrived_ns: self.heard_ns, ..newest });
@@ -167,6 +164,8 @@ impl Follower {
 
     /// Returns the response of the show from the tick that is due now, and a change of the timecode's state.
     pub fn steer(&mut self, now_ns: u64, show: ShowPosition) -> (FollowerOrder, Option<FollowerEvent>) {
+        // A timecode that leads stays the master.
+        self.goes_alone |= show.is_resumed && !self.leads();
         let Some(newest) = self.newest else {
             return (FollowerOrder { time_scale: 1.0, stands: !self.goes_alone, seek_s: None }, None);
         };

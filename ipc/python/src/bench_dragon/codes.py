@@ -41,7 +41,7 @@ class CommandKind(WireCode):
     RESUME = 1
     """Walk on after `pause`."""
     SPEED = 2
-    """Walk at this speed of the head, in metres per show second, 0 to 10. Third value: the speed along the course."""
+    """Walk at this speed of the head, in metres per show second, 0 to 10."""
     SEEK = 3
     """Seek to this show time, in seconds."""
     HOLD = 4
@@ -51,8 +51,7 @@ class CommandKind(WireCode):
     STOP = 6
     """End the server. The head comes to rest first, and the last frame of the run has the state `ended`."""
     PACE = 12
-    """Play at this pace: plan time per show time. Third value: the speed along the course, in metres per show second. A
-    replay does not record the commands that it takes."""
+    """Play at this pace: plan time per show time. A replay does not record the commands that it takes."""
     GO = 13
     """Walk on from a cue that waits."""
 
@@ -76,7 +75,7 @@ class EventKind(WireCode):
     RESUME = 1
     """Walk on after `pause`."""
     SPEED = 2
-    """Walk at this speed of the head, in metres per show second, 0 to 10. Third value: the speed along the course."""
+    """Walk at this speed of the head, in metres per show second, 0 to 10."""
     SEEK = 3
     """Seek to this show time, in seconds."""
     HOLD = 4
@@ -97,8 +96,7 @@ class EventKind(WireCode):
     END = 11
     """The run has ended in order. This is the last event, at the last tick of the run."""
     PACE = 12
-    """Play at this pace: plan time per show time. Third value: the speed along the course, in metres per show second. A
-    replay does not record the commands that it takes."""
+    """Play at this pace: plan time per show time. A replay does not record the commands that it takes."""
     GO = 13
     """Walk on from a cue that waits."""
     CUE = 14
