@@ -94,6 +94,10 @@ fn a_command_refused_for_lack_of_an_answer_is_not_executed_later() {
     receiver.until("silent");
     sender.process.signal(Signal::CONT);
     receiver.until("resumed");
+    // The first frames are as old as the stop: a command of someone who has seen no newer one is refused as too old. A seek on
+    // the server's side shows when the far side is up to date.
+    assert_eq!(ctl(&near, &["seek", "50"])["accepted"], true);
+    Reader::join(&far).read_until("show time is 50 s", |header| header.show_time_s() == 50.0);
     // This command follows the refused one, and is accepted: so the refused one has been handled.
     let mut reader = Reader::join(&near);
     let sought = ctl(&far, &["seek", "100"]);
