@@ -165,33 +165,6 @@ impl<'a> ApproachSearch<'a> {
         self.meter().check(reached_m)
     }
 
-    /// Advances to `to_m`, at most a stride away, if no pair's clearance falls under the limit on the interval. Otherwise the
-    /// search stays in place. No clearance may be under the limit at the current travel.
-    ///
-    /// # Errors
-    /// The travel up to which every clearance is proved to be at or above the limit. There, the bound fails on an interval of
-    /// `resolution_m`.
-    pub(crate) fn walk_over(&mut self, to_m: f64, limit_m: f64, resolution_m: f64) -> Result<(), f64> {
-        self.walked.place(&mut self.later, self.dragon, to_m);
-        // With too many pairs, or a spent meter, nothing is proved.
-        let nothing = self.earlier.travel_m;
-        let pairs = self.pairs_within(limit_m).ok_or(nothing)?;
-        let violations_m = pairs.into_iter().take_while(|_| !self.meter().is_spent()).filter_map(|benches| {
-            let pair = Pair::of(self.dragon, benches);
-            let (earlier, later) = (pair.at(&self.earlier).into(), pair.at(&self.later).into());
-            pair.violation(&earlier, &later, limit_m, resolution_m)
-        });
-        let first_m = violations_m.min_by(f64::total_cmp);
-        if self.meter().is_spent() {
-            return Err(nothing);
-        }
-        if let Some(violation_m) = first_m {
-            return Err(violation_m);
-        }
-        std::mem::swap(&mut self.earlier, &mut self.later);
-        Ok(())
-    }
-
     /// Whether every pair without one of the first two benches repeats an earlier position of another pair.
     fn repeats(&self) -> bool {
         let body = self.earlier.handles.iter().skip(2);
@@ -281,20 +254,6 @@ impl Pair<'_> {
         let middle = self.middle(earlier, later);
         self.halve(earlier, &middle, halvings - 1, limit_m, sink);
         self.halve(&middle, later, halvings - 1, limit_m, sink);
-    }
-
-    /// Parameter at the beginning of the first piece on which the bound on the clearance falls under the limit; `None` without
-    /// such a piece. A piece is at most `resolution` long. The recursion depth is at most log₂ of the number of pieces.
-    fn violation(&self, earlier: &Moment, later: &Moment, limit_m: f64, resolution: f64) -> Option<f64> {
-        if !self.may_look() || self.bounds_m(earlier, later)[0] >= limit_m {
-            return None;
-        }
-        if later.pose.parameter - earlier.pose.parameter <= resolution || earlier.approach.clearance_m < limit_m {
-            return Some(earlier.pose.parameter);
-        }
-        let middle = self.middle(earlier, later);
-        self.violation(earlier, &middle, limit_m, resolution)
-            .or_else(|| self.violation(&middle, later, limit_m, resolution))
     }
 
     /// A lower and an upper bound on the clearance over the interval. On a rigid interval they are exact up to rounding.

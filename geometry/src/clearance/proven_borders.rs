@@ -14,6 +14,7 @@ use glam::DVec2;
 use super::bench_search::{BenchSearch, Moment, Stride};
 use super::border_search::{Breach, own_ground, parameters};
 use super::play::play_reach_m;
+use super::proven_travel::Reached;
 use crate::dragon::loose::Loose;
 use crate::dragon::{Dragon, Spent};
 use crate::stage::{BorderKind, Stage};
@@ -98,12 +99,28 @@ impl<'a> ProvenBorders<'a> {
         }
     }
 
+    /// Follows all boards up to a travel of the run, stride by stride.
+    pub(super) fn extend(&mut self, to_m: f64, stride_m: f64) -> Reached {
+        while self.travel_m < to_m {
+            let next_m = to_m.min(self.travel_m + stride_m);
+            match self.walk_over(next_m) {
+                Ok(reached_m) if reached_m < next_m => return Reached { travel_m: reached_m, is_end: true },
+                Ok(_) => {}
+                Err(_) => return Reached { travel_m: self.travel_m, is_end: false },
+            }
+        }
+        Reached { travel_m: to_m, is_end: false }
+    }
+
     /// Follows all boards up to a travel of the run. Returns the travel up to which all of them keep clear.
     ///
     /// # Errors
     /// The dragon's meter is spent.
-    pub(super) fn walk_over(&mut self, to_m: f64) -> Result<f64, Spent> {
-        let Some(last) = self.tracks.iter().map(|track| track.bench).max() else { return Ok(to_m) };
+    fn walk_over(&mut self, to_m: f64) -> Result<f64, Spent> {
+        let Some(last) = self.tracks.iter().map(|track| track.bench).max() else {
+            self.travel_m = to_m;
+            return Ok(to_m);
+        };
         let to_m = to_m.min(known_to_m(self.dragon)).max(self.travel_m);
         let foremost = chains(self.dragon)[1];
         let chain = foremost.chain(to_m).expect("within the run");

@@ -1,8 +1,7 @@
 //! Proven travel: an interval of travel on which no two benches come nearer than a margin.
 //!
-//! *Method.* At the beginning, every pair's clearance is measured. From there the dragon walks stride by stride. On each
-//! stride, the areas that two boards may cover bound their clearance from below. Intervals are bisected until the bound
-//! exceeds the margin. Where this fails at [`RESOLUTION_M`], the proven travel ends.
+//! *Method.* The search for the first travel at which a pair comes within the margin (see [`ContactSearch`]) goes on from the end of the
+//! interval. It proves that no pair comes so near before that travel. The proven travel ends [`RESERVE_M`] before it.
 //!
 //! *Borders.* The proof can also be about the borders of a stage (see `proven_borders`). It then ends before a board passes one, or comes
 //! nearer than the stage allows.
@@ -10,35 +9,51 @@
 //! *Loose hinges.* The proof is then about every pose that the play of the hinges allows (see `play`), and ends where the bracket
 //! of a pole does. So is that about borders (see `proven_borders`).
 //!
-//! *Guarantee.* No clearance is under the margin on proven travel, up to the rounding of the poses, about 10⁻¹² m. Proven
-//! travel ends at most [`RESOLUTION_M`] before the first violation that the bound detects.
+//! *Guarantee.* No clearance is under the margin on proven travel, up to the rounding of the poses, about 10⁻¹² m.
 
-use super::approach_search::{ApproachSearch, Pairs};
+use super::approach_search::ApproachSearch;
 use super::border_search::Breach;
+use super::contact_search::ContactSearch;
 use super::play::{PlaySearch, PossibleTouch};
 use super::pose::Pose;
 use super::proven_borders::ProvenBorders;
-use super::search::PairClearance;
-use crate::dragon::Dragon;
+use super::search::{ClearanceSearch, PairClearance};
+use crate::dragon::{Dragon, Spent};
 use crate::stage::Stage;
 
-/// Shortest interval that is bisected, in metres of travel.
-const RESOLUTION_M: f64 = 1e-9;
+/// Travel from the end of a proof to the first pair that is too near: more than the resolution of its travel, 10⁻¹¹ m.
+const RESERVE_M: f64 = 1e-9;
+/// A pair whose clearance is the margin less this keeps it: clearances are exact to their rounding.
+const ROUNDING_M: f64 = 2e-12;
 
 /// An interval of proven travel, which can grow.
 #[derive(Clone, Debug)]
 pub struct ProvenTravel<'a> {
     dragon: &'a Dragon,
-    search: ApproachSearch<'a>,
-    /// The proof for loose hinges; `None` for hinges without play.
-    play: Option<PlaySearch>,
+    pairs: ProvenPairs,
     /// The proof about the borders of a stage, if there is one.
     borders: Option<ProvenBorders<'a>>,
-    margin_m: f64,
     begin_m: f64,
     end_m: f64,
     /// Whether a violation follows the interval.
     is_ended: bool,
+}
+
+/// The search for pairs that are too near.
+#[derive(Clone, Debug)]
+enum ProvenPairs {
+    /// For hinges without play.
+    Tight(ContactSearch),
+    /// For loose hinges.
+    Loose(PlaySearch),
+}
+
+/// How far a proof has got.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Reached {
+    pub(super) travel_m: f64,
+    /// Whether a violation follows. If none does, the travel is the requested one, or that at which the dragon's meter was spent.
+    pub(super) is_end: bool,
 }
 
 impl<'a> ProvenTravel<'a> {
@@ -48,12 +63,15 @@ impl<'a> ProvenTravel<'a> {
     /// The nearest pair, if it is nearer than the margin. For loose hinges: a pair that may be nearer in some pose. If the bounds
     /// prove nothing about the poses, it is the nearest pair.
     pub fn at(dragon: &'a Dragon, margin_m: f64, travel_m: f64) -> Result<Self, PairClearance> {
-        let mut search = ApproachSearch::new(dragon, Pairs::UnrepeatedSince(travel_m), travel_m);
-        if let Some(nearest) = search.nearest().filter(|nearest| nearest.clearance_m < margin_m) {
-            return Err(nearest);
+        let mut search = ContactSearch::within(dragon, (margin_m - ROUNDING_M).max(0.0));
+        if let Ok(Some(nearest)) = search.first(travel_m, travel_m) {
+            return Err(clearance_of(dragon, travel_m, nearest.benches));
         }
-        let play = begin_play(dragon, margin_m, travel_m, &mut search)?;
-        Ok(Self { dragon, search, play, borders: None, margin_m, begin_m: travel_m, end_m: travel_m, is_ended: false })
+        let pairs = match begin_play(dragon, margin_m, travel_m)? {
+            Some(play) => ProvenPairs::Loose(play),
+            None => ProvenPairs::Tight(search),
+        };
+        Ok(Self { dragon, pairs, borders: None, begin_m: travel_m, end_m: travel_m, is_ended: false })
     }
 
     /// The same interval, which contains only one travel, with a proof that is also about the borders of a stage.
@@ -66,43 +84,26 @@ impl<'a> ProvenTravel<'a> {
     }
 
     /// Extends the proof up to `to_m`. One call walks at most one stride more than `handles` divided by the dragon's number of
-    /// handles, rounded down. If the dragon's meter is spent within the first stride, the proven travel ends permanently before
-    /// that stride.
+    /// handles, rounded down. Pairs and borders each have the whole of the dragon's meter. If it is spent before the proof advances, the
+    /// proven travel ends permanently.
     pub fn extend(&mut self, to_m: f64, handles: usize) {
-        let to_m = to_m.min(self.dragon.end_travel_m());
+        let strides = 1 + handles / self.dragon.dimensions().handles();
         let stride_m = ApproachSearch::stride_m(self.dragon);
+        let to_m = to_m.min(self.end_m + strides as f64 * stride_m).min(self.dragon.end_travel_m());
+        if self.is_ended || self.end_m >= to_m {
+            return;
+        }
         self.dragon.meter().restart();
-        for stride in 0..=handles / self.dragon.dimensions().handles() {
-            if self.is_ended || self.end_m >= to_m {
-                return;
-            }
-            let next_m = to_m.min(self.end_m + stride_m);
-            match self.walk_over(next_m) {
-                Ok(()) => self.end_m = next_m,
-                Err(_) if self.dragon.meter().is_spent() && stride > 0 => return,
-                Err(violation_m) => (self.end_m, self.is_ended) = (violation_m, true),
-            }
-        }
-    }
-
-    /// Extends the proof to a travel at most a stride ahead, or returns the travel at which it ends.
-    fn walk_over(&mut self, to_m: f64) -> Result<(), f64> {
-        let Some(borders) = &mut self.borders else { return self.walk_pairs_over(to_m) };
-        let clear_to_m = borders.walk_over(to_m).map_err(|_| self.end_m)?;
-        if clear_to_m > self.end_m {
-            self.walk_pairs_over(clear_to_m)?;
-        }
-        if clear_to_m < to_m { Err(clear_to_m) } else { Ok(()) }
-    }
-
-    fn walk_pairs_over(&mut self, to_m: f64) -> Result<(), f64> {
-        let Some(play) = &mut self.play else { return self.search.walk_over(to_m, self.margin_m, RESOLUTION_M) };
-        match play.advance(to_m) {
-            Ok(Some(touch)) => Err(touch.travel_m),
-            Ok(None) if play.end_m() < to_m => Err(play.end_m().max(self.end_m)),
-            Ok(None) => Ok(()),
-            Err(_) => Err(self.end_m),
-        }
+        let clear = match &mut self.borders {
+            Some(borders) => borders.extend(to_m, stride_m),
+            None => Reached { travel_m: to_m, is_end: false },
+        };
+        self.dragon.meter().restart();
+        let apart = self.pairs.extend(self.end_m, clear.travel_m);
+        // Of what ends first.
+        let is_end = apart.is_end || clear.is_end && apart.travel_m == clear.travel_m;
+        self.is_ended = is_end || apart.travel_m <= self.end_m;
+        self.end_m = self.end_m.max(apart.travel_m);
     }
 
     /// Beginning of the interval, in metres of the head's travel.
@@ -126,16 +127,32 @@ impl<'a> ProvenTravel<'a> {
     }
 }
 
+impl ProvenPairs {
+    /// Searches on from the end of the search before to `to_m`.
+    fn extend(&mut self, from_m: f64, to_m: f64) -> Reached {
+        let (known_to_m, touch) = match self {
+            Self::Tight(search) => {
+                let touch = search.first(from_m, to_m);
+                (to_m, touch.map(|touch| touch.map(|contact| contact.travel_m - RESERVE_M)))
+            }
+            Self::Loose(search) => {
+                let touch = search.advance(to_m);
+                (search.end_m(), touch.map(|touch| touch.map(|touch| touch.travel_m)))
+            }
+        };
+        match touch {
+            Ok(Some(travel_m)) => Reached { travel_m, is_end: true },
+            Ok(None) => Reached { travel_m: to_m.min(known_to_m), is_end: known_to_m < to_m },
+            Err(Spent { reached_m, .. }) => Reached { travel_m: reached_m, is_end: false },
+        }
+    }
+}
+
 /// Begins the proof for loose hinges; `None` for hinges without play, and for fewer than three benches, which have no pair.
 ///
 /// # Errors
 /// The pair that may be nearer than the margin in some pose. If the bounds prove nothing, it is the nearest pair.
-fn begin_play(
-    dragon: &Dragon,
-    margin_m: f64,
-    travel_m: f64,
-    search: &mut ApproachSearch<'_>,
-) -> Result<Option<PlaySearch>, PairClearance> {
+fn begin_play(dragon: &Dragon, margin_m: f64, travel_m: f64) -> Result<Option<PlaySearch>, PairClearance> {
     let benches = dragon.dimensions().benches();
     if dragon.dimensions().play_m() == 0.0 || benches < 3 {
         return Ok(None);
@@ -144,10 +161,14 @@ fn begin_play(
     let begun = PlaySearch::at(dragon, margin_m, travel_m).ok().flatten().filter(PlaySearch::is_known_here);
     match begun.as_ref().map(PlaySearch::touch_here) {
         Some(None) => Ok(begun),
-        Some(Some(PossibleTouch { benches, .. })) => {
-            let pose = Pose::of(dragon, travel_m, benches[1] + 1);
-            Err(PairClearance::of(&pose.boards, benches))
+        Some(Some(PossibleTouch { benches, .. })) => Err(clearance_of(dragon, travel_m, benches)),
+        None => {
+            let nearest = ClearanceSearch::default().nearest(&Pose::of(dragon, travel_m, usize::MAX).boards);
+            Err(nearest.expect("three benches have a pair"))
         }
-        None => Err(search.nearest().expect("three benches have a pair")),
     }
+}
+
+fn clearance_of(dragon: &Dragon, travel_m: f64, benches: [usize; 2]) -> PairClearance {
+    PairClearance::of(&Pose::of(dragon, travel_m, benches[1] + 1).boards, benches)
 }

@@ -284,8 +284,12 @@ impl Schedule {
 
     /// All crossings of a plan, in the order of the plan times at which they are passed.
     pub fn passings(&self, starts_s: &[f64]) -> Vec<Passing> {
-        let zones = self.conflicts.iter().flat_map(|conflict| conflict.zones.iter().map(move |zone| (conflict, zone)));
-        let mut passings: Vec<Passing> = zones.map(|(conflict, zone)| passing(conflict, zone, starts_s)).collect();
+        let passings_of = |conflict: Conflict| -> Vec<Passing> {
+            conflict.zones.iter().map(|zone| passing(&conflict, zone, starts_s)).collect()
+        };
+        // Each copy of two dragons keeps poses of its own, so that cores share none.
+        let conflicts = self.conflicts.clone().into_par_iter();
+        let mut passings: Vec<Passing> = conflicts.flat_map_iter(passings_of).collect();
         let begin_s = |passing: &Passing| passing.passes_s.unwrap_or(passing.nearest_s);
         passings.sort_by(|one, other| begin_s(one).total_cmp(&begin_s(other)));
         passings

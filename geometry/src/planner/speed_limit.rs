@@ -31,6 +31,7 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
+use super::cores::on_all_cores;
 use super::infeasible::Infeasible;
 use crate::dragon::{ARC_PER_CHORD, Chain, Dragon, FeasibleEnd, Spent, Station};
 use crate::numerics::{Slope, peak, rising_root, turning_point};
@@ -207,13 +208,12 @@ impl Survey<'_> {
         let length = last_orbit.len();
         let link_behind = last_orbit.get(1).map_or(begin_parameter, |station| station.parameter);
         let [low_m, high_m] = [link_behind, end_parameter].map(|parameter| route.travel(parameter));
-        let orbits = (1..SURVEYED_PER_LINK).rev().map(|i| {
-            let share = i as f64 / SURVEYED_PER_LINK as f64;
-            dragon.orbit(route.parameter(low_m + (high_m - low_m) * share)).take(length).collect()
+        let others = on_all_cores(dragon.meter(), SURVEYED_PER_LINK - 1, |i, meter| {
+            let share = (SURVEYED_PER_LINK - 1 - i) as f64 / SURVEYED_PER_LINK as f64;
+            dragon.metered(meter).orbit(route.parameter(low_m + (high_m - low_m) * share)).take(length).collect()
         });
-        let orbits = std::iter::once(last_orbit).chain(orbits);
-        let orbits: Vec<Vec<Station>> = orbits.take_while(|_| !dragon.meter().is_spent()).collect();
-        let phases: Vec<Vec<Spot>> = (0..orbits.len()).map(|phase| self.spots_of_phase(&orbits, phase)).collect();
+        let orbits: Vec<Vec<Station>> = std::iter::once(last_orbit).chain(others).collect();
+        let phases = on_all_cores(dragon.meter(), orbits.len(), |phase, _| self.spots_of_phase(&orbits, phase));
         let walked = |spot: &&Spot| spot.parameter > begin_parameter;
         let mut spots: Vec<Spot> = (0..length)
             .flat_map(|m| phases.iter().filter_map(move |phase| phase.get(m)))
