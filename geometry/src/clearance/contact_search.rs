@@ -318,7 +318,9 @@ impl ContactSearch {
         let reach_m = self.clearance_m + 2.0 * furthest_m;
         self.pairs.clear();
         let near = self.near.all_within(&self.earlier.boards, reach_m);
-        let has_all = near.map(|near| self.pairs.extend(near.iter().map(|pair| pair.benches))).is_some();
+        let Self { dragon, clearance_m, earlier, later, pairs, .. } = self;
+        let may_touch = |benches: &[usize; 2]| !earlier.keeps_apart(later, dragon, *benches, *clearance_m);
+        let has_all = near.map(|near| pairs.extend(near.iter().map(|pair| pair.benches).filter(may_touch))).is_some();
         self.dragon.meter().add(self.near.take_steps());
         has_all
     }

@@ -3,7 +3,7 @@
 use std::cell::{RefCell, RefMut};
 use std::sync::Arc;
 
-use super::stride_extent::{PLACE_ERROR_M, StrideExtent, WalkedArc};
+use super::stride_extent::{PLACE_ERROR_M, StrideExtent, WalkedArc, is_kept_apart};
 use crate::dragon::board::Board;
 use crate::dragon::chain::Handle;
 use crate::dragon::{ChainStepper, Dragon};
@@ -88,14 +88,24 @@ impl Pose {
         drift_m(dragon, bench, &self.boards[bench], [bench, bench + 1].map(walked_m))
     }
 
+    /// Where a handle may be up to a later pose.
+    fn arc(&self, later: &Self, handle: usize) -> WalkedArc {
+        let ends = [self, later].map(|pose| pose.handles[handle].position);
+        let walked_m = later.handle_travels_m[handle] - self.handle_travels_m[handle];
+        WalkedArc::new(ends, walked_m + 4.0 * PLACE_ERROR_M)
+    }
+
     /// Where a bench may be up to a later pose.
     pub(super) fn extent(&self, later: &Self, dragon: &Dragon, bench: usize) -> StrideExtent {
-        let arc = |handle: usize| {
-            let ends = [self, later].map(|pose| pose.handles[handle].position);
-            let walked_m = later.handle_travels_m[handle] - self.handle_travels_m[handle];
-            WalkedArc::new(ends, walked_m + 4.0 * PLACE_ERROR_M)
-        };
-        StrideExtent::new(dragon, bench, [bench, bench + 1].map(arc))
+        StrideExtent::new(dragon, bench, [bench, bench + 1].map(|handle| self.arc(later, handle)))
+    }
+
+    /// Whether two benches are proved to stay further apart than a clearance up to a later pose.
+    pub(super) fn keeps_apart(&self, later: &Self, dragon: &Dragon, benches: [usize; 2], clearance_m: f64) -> bool {
+        let [one, other] = benches.map(|bench| self.extent(later, dragon, bench));
+        one.stays_apart(&other, clearance_m)
+            || !dragon.route().is_on_ground()
+                && is_kept_apart(dragon, benches, |handle| self.arc(later, handle), clearance_m)
     }
 
     pub(super) fn bench_pose(&self, bench: usize) -> BenchPose {

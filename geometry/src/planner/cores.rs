@@ -61,15 +61,26 @@ pub fn on_one_core<Answer>(work: impl FnOnce() -> Answer) -> Answer {
     answer
 }
 
-/// Runs `take` on each thread of the pool and joins the results. If the system cannot start more threads, it runs on the
-/// calling thread only.
+/// Runs `take` on the calling thread and on threads of the pool, one on each core, and joins the results. If the system cannot start
+/// more threads, it runs on the calling thread only.
 fn on_threads<Done: Send>(take: &(impl Fn() -> Vec<Done> + Sync)) -> Vec<Done> {
     /// As many threads as cores, started at the first use. They end with the process.
     static POOL: LazyLock<Option<ThreadPool>> =
         LazyLock::new(|| ThreadPoolBuilder::new().thread_name(|_| "planner".to_owned()).build().ok());
     let Some(pool) = &*POOL else { return on_one_core(take) };
-    let done = pool.broadcast(|_| on_one_core(take));
-    done.into_iter().flatten().collect()
+    let all_done = Mutex::new(Vec::new());
+    let work = || {
+        let done = on_one_core(take);
+        all_done.lock().unwrap_or_else(PoisonError::into_inner).extend(done);
+    };
+    pool.in_place_scope(|scope| {
+        // The calling thread begins at once: the others may have to wake.
+        for _ in 1..pool.current_num_threads() {
+            scope.spawn(|_| work());
+        }
+        work();
+    });
+    all_done.into_inner().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// The work left for the items.
