@@ -207,20 +207,23 @@ fn delays(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// The work of guard and monitor during a show on a winding street: a proof of 100 strides, and sweeps over the ways between 1,000
-/// frames. Each way is a millimetre.
+/// The work of guard and monitor during a show on a winding street: proofs of 100 and of 1,000 strides, and sweeps over the ways between
+/// 1,000 frames. Each way is a millimetre.
 fn watch(criterion: &mut Criterion) {
     const BEGIN_M: f64 = 100.0;
-    const PROVEN_M: f64 = 41.25;
+    const STRIDE_M: f64 = 0.4125;
     let route = Arc::new(shared::winding(670));
     let dragon = Dragon::new(paper_benches(223), route).expect("the dragon stands");
-    let proof = || {
-        let mut proof = ProvenTravel::at(&dragon, black_box(0.1), BEGIN_M).expect("no benches are near");
-        proof.extend(BEGIN_M + PROVEN_M, usize::MAX);
-        proof.end_m()
-    };
-    assert_eq!(proof(), BEGIN_M + PROVEN_M);
-    criterion.bench_function("proof of 100 strides on a winding street", |bencher| bencher.iter(proof));
+    for (strides, name) in [(100.0, "proof of 100"), (1000.0, "proof of 1,000")] {
+        let end_m = BEGIN_M + strides * STRIDE_M;
+        let proof = || {
+            let mut proof = ProvenTravel::at(&dragon, black_box(0.1), BEGIN_M).expect("no benches are near");
+            proof.extend(end_m, usize::MAX);
+            proof.end_m()
+        };
+        assert_eq!(proof(), end_m);
+        criterion.bench_function(&format!("{name} strides on a winding street"), |bencher| bencher.iter(proof));
+    }
     let mut search = ContactSearch::new(&dragon);
     let mut sweeps = |from_m: f64| {
         let travel_m = |frame: u32| from_m + 1e-3 * f64::from(frame);

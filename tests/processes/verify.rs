@@ -261,6 +261,11 @@ fn a_damaged_recording_is_not_verified_and_a_cut_one_up_to_the_cut() {
     let ended = verify(&stage, &["cut.mcap"], &[]);
     assert_eq!(ended.stderr, "cut.mcap stops in the middle: its complete part was verified\n");
     assert_eq!(ended.code(), Some(0), "{}", ended.stdout);
+
+    fs::write(stage.path("short.mcap"), &whole[..100]).expect("a file");
+    let ended = verify(&stage, &["short.mcap"], &[]);
+    assert_eq!(ended.stderr, "error: short.mcap holds no frames: it stops in the middle\n");
+    assert_eq!(ended.code(), Some(2), "{}", ended.stdout);
 }
 
 #[test]

@@ -40,7 +40,7 @@ pub use planned_turn::PlannedTurn;
 pub use profile::{Found, clearance_profile, near_misses};
 pub use quickest::{QuickestRun, RunLimits, SpeedCue};
 pub use route_survey::RouteSurvey;
-pub use schedule::{Blocked, Conflict, MOST_IN_ALL_ORDERS, Passing, Schedule};
+pub use schedule::{Blocked, Conflict, MOST_IN_ALL_ORDERS, Passing, Schedule, Undecided};
 pub use sensitivity::{Curve, NoDerivative, Response, Sample, Sensitivity};
 pub use setting::{Parameter, Setting};
 pub use shortest_turn::{ShortestTurn, shortest_turn};

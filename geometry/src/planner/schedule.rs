@@ -4,6 +4,7 @@
 //! a plan keeps the clearance exactly if no difference of two starts is such a delay.
 
 use rayon::prelude::*;
+use thiserror::Error;
 
 use crate::clearance::{DragonPair, MeetingZone, Nearest};
 use crate::formation::{DelaySet, Formation};
@@ -66,6 +67,14 @@ pub enum Blocked {
     },
 }
 
+/// Error: the work of a dragon's meter does not suffice to find out whether two dragons meet.
+#[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
+#[error("whether dragons {} and {} meet is unknown", .dragons[0], .dragons[1])]
+pub struct Undecided {
+    /// Indices of the dragons, the lower one first.
+    pub dragons: [usize; 2],
+}
+
 /// All plans of a formation.
 #[derive(Clone, Debug)]
 pub struct Schedule {
@@ -81,20 +90,20 @@ type Cost = (usize, f64, f64);
 
 impl Schedule {
     /// Finds where the dragons of a formation could come within a clearance of each other. No dragon shall leave before its own
-    /// start. Fails if the work of a dragon's meter does not suffice.
+    /// start.
     ///
     /// # Errors
     /// The first two dragons that are not decided.
     ///
     /// # Panics
     /// Panics for a clearance that is negative or not finite.
-    pub fn new(formation: &Formation, clearance_m: f64) -> Result<Self, [usize; 2]> {
+    pub fn new(formation: &Formation, clearance_m: f64) -> Result<Self, Undecided> {
         let dragons = formation.dragons();
         let pairs = (0..dragons.len()).flat_map(|one| (one + 1..dragons.len()).map(move |other| [one, other]));
         let pairs: Vec<[usize; 2]> = pairs.collect();
         let conflict = |indices: &[usize; 2]| {
             let pair = DragonPair::new(indices.map(|index| &dragons[index]), clearance_m);
-            let mut zones = pair.zones().ok_or(*indices)?;
+            let mut zones = pair.zones().ok_or(Undecided { dragons: *indices })?;
             zones.sort_by(|one, other| one.times_s[0][0].total_cmp(&other.times_s[0][0]));
             let mut delays = DelaySet::default();
             for zone in &zones {
@@ -102,7 +111,7 @@ impl Schedule {
             }
             Ok(Conflict { dragons: *indices, pair, zones, delays })
         };
-        let conflicts: Vec<Result<Conflict, [usize; 2]>> = pairs.par_iter().map(conflict).collect();
+        let conflicts: Vec<Result<Conflict, Undecided>> = pairs.par_iter().map(conflict).collect();
         Ok(Self {
             earliest_s: dragons.iter().map(|planned| planned.timetable.start_s()).collect(),
             ends_s: dragons.iter().map(|planned| planned.leaving_at(0.0).timetable.end_s()).collect(),

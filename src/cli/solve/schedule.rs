@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use bench_dragon_geometry::number::{Fixed, Place};
-use bench_dragon_geometry::planner::{Blocked, Passing, Schedule};
+use bench_dragon_geometry::planner::{Blocked, Passing, Schedule, Undecided};
 use clap::Args;
 use serde::Serialize;
 
@@ -114,7 +114,7 @@ pub(super) fn run(args: &ScheduleArgs) -> anyhow::Result<()> {
     let clearance_m = args.clearance.unwrap_or(0.0);
     let schedule = match Schedule::new(&formation, clearance_m) {
         Ok(schedule) => schedule,
-        Err(pair) => return undecided(args, pair.map(|dragon| names[dragon])),
+        Err(Undecided { dragons }) => return undecided(args, dragons.map(|dragon| names[dragon])),
     };
     let listed: Vec<usize> = (0..names.len()).collect();
     let scheduled = match args.clearance {

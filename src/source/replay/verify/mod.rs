@@ -35,7 +35,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use bench_dragon_ipc::CommandEvent;
 use serde::{Deserialize, Serialize};
 
-use crate::recording::{Configuration, Coverage, FlawedFile, Parts, PartsReader, ReadError, Recorded, RecordedFrame};
+use crate::recording::{
+    Configuration, Coverage, FlawedFile, IntervalSearch, NothingFound, Parts, PartsReader, ReadError, Recorded,
+    RecordedFrame, ShowInterval,
+};
 
 pub use comparison::{Difference, Value};
 pub use events::MOST_EVENTS;
@@ -115,8 +118,8 @@ pub enum VerifyError {
     #[error("the recording holds more than {MOST_EVENTS} events of commands: verify the files of one run at a time")]
     TooManyEvents,
     /// The recording has no frames.
-    #[error("there are no frames in the recording")]
-    NoFrames,
+    #[error(transparent)]
+    NoFrames(#[from] NothingFound),
 }
 
 /// Verifies the runs of a recording. `look` receives the number of bytes read so far, of twice the size of all parts.
@@ -127,7 +130,7 @@ pub enum VerifyError {
 pub fn verify(parts: &Parts, stop: &AtomicBool, mut look: impl FnMut(u64)) -> Result<Verification, VerifyError> {
     let parts = Arc::new(parts.clone());
     let (mut events, bytes_before) = events_of_runs(&parts, stop, &mut look)?;
-    let mut recordings = PartsReader::new(parts);
+    let mut recordings = PartsReader::new(Arc::clone(&parts));
     let mut runs = Vec::new();
     while !stop.load(Ordering::Relaxed)
         && let Some(recorded) = recordings.next_wanted(|_| true)?
@@ -140,7 +143,8 @@ pub fn verify(parts: &Parts, stop: &AtomicBool, mut look: impl FnMut(u64)) -> Re
     }
     let is_interrupted = stop.load(Ordering::Relaxed);
     if runs.is_empty() && !is_interrupted {
-        return Err(VerifyError::NoFrames);
+        let all = IntervalSearch::new(ShowInterval::ALL);
+        return Err(all.nothing_found(&parts.named, recordings.flaws()).into());
     }
     if let Some(last) = runs.last_mut() {
         last.finish();
