@@ -7,9 +7,8 @@ mod shared;
 
 use std::hint::black_box;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use bench_dragon_geometry::clearance::{first_contact, first_possible_touch, first_touching_pose};
 use bench_dragon_geometry::dragon::{Dragon, Meter, Question};
@@ -19,15 +18,12 @@ use bench_dragon_geometry::planner::{
     walk_through,
 };
 use bench_dragon_geometry::route::{Route, SpiralSpec, Turnaround};
-use rustix::time::{ClockId, clock_gettime};
 use test_support::dragons::paper_benches;
 
 use shared::{Figures, quantile};
 
 /// Work that no question here exceeds, in steps.
 const WORK: u64 = 100_000_000_000;
-/// Time between two looks at the processor time of a question.
-const POLL: Duration = Duration::from_micros(20);
 /// Cancels of each question.
 const CANCELS: u32 = 100;
 
@@ -104,38 +100,30 @@ fn questions() -> Vec<Asked> {
     ]
 }
 
-/// Processor time of all threads so far. Unlike wall time, it does not depend on what else the machine does.
-fn processor_time() -> Duration {
-    let time = clock_gettime(ClockId::ProcessCPUTime);
-    Duration::new(time.tv_sec as u64, time.tv_nsec as u32)
-}
-
-/// Processor time in which a question is answered.
+/// Time in which a question is answered.
 fn answered(asked: &Asked) -> Duration {
-    let begun = processor_time();
+    let begun = Instant::now();
     (asked.ask)(&Meter::of(WORK));
-    processor_time().saturating_sub(begun)
+    begun.elapsed()
 }
 
-/// Processor time from the cancel to the end of a question that is cancelled when it has used `wait`; `None` if it was answered
-/// before.
+/// Time from the cancel to the end of a question that is cancelled after `wait`; `None` if it was answered before.
+///
+/// The kernel adds the processor time of a running thread to that of its process once a tick, so that cannot be measured.
 fn delay(asked: &Asked, wait: Duration) -> Option<Duration> {
     let question = Question::default();
     let meter = question.meter(WORK);
-    let begun = processor_time();
-    let is_answered = AtomicBool::new(false);
-    let cancelled = thread::scope(|scope| {
-        scope.spawn(|| {
+    let begun = Instant::now();
+    thread::scope(|scope| {
+        let ended = scope.spawn(|| {
             (asked.ask)(&meter);
-            is_answered.store(true, Ordering::Release);
+            Instant::now()
         });
-        while processor_time().saturating_sub(begun) < wait && !is_answered.load(Ordering::Acquire) {
-            thread::sleep(POLL);
-        }
+        thread::sleep(wait.saturating_sub(begun.elapsed()));
+        let cancelled = Instant::now();
         question.cancel();
-        (!is_answered.load(Ordering::Acquire)).then(processor_time)
-    });
-    Some(processor_time().saturating_sub(cancelled?))
+        ended.join().expect("the question is answered").checked_duration_since(cancelled)
+    })
 }
 
 fn main() {

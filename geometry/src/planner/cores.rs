@@ -4,10 +4,18 @@ use std::cell::Cell;
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
+use std::thread::available_parallelism;
 
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::dragon::Meter;
+
+/// A thread for each core but that of the caller, started at the first use. They end with the process. `None` on one core, and if the
+/// system cannot start them.
+static POOL: LazyLock<Option<ThreadPool>> = LazyLock::new(|| {
+    let others = available_parallelism().ok()?.get().checked_sub(1).filter(|others| *others > 0)?;
+    ThreadPoolBuilder::new().num_threads(others).thread_name(|_| "planner".to_owned()).build().ok()
+});
 
 thread_local! {
     /// Whether this thread runs work already.
@@ -61,12 +69,8 @@ pub fn on_one_core<Answer>(work: impl FnOnce() -> Answer) -> Answer {
     answer
 }
 
-/// Runs `take` on the calling thread and on threads of the pool, one on each core, and joins the results. If the system cannot start
-/// more threads, it runs on the calling thread only.
+/// Runs `take` on the calling thread and on those of the pool, and joins the results.
 fn on_threads<Done: Send>(take: &(impl Fn() -> Vec<Done> + Sync)) -> Vec<Done> {
-    /// As many threads as cores, started at the first use. They end with the process.
-    static POOL: LazyLock<Option<ThreadPool>> =
-        LazyLock::new(|| ThreadPoolBuilder::new().thread_name(|_| "planner".to_owned()).build().ok());
     let Some(pool) = &*POOL else { return on_one_core(take) };
     let all_done = Mutex::new(Vec::new());
     let work = || {
@@ -75,7 +79,7 @@ fn on_threads<Done: Send>(take: &(impl Fn() -> Vec<Done> + Sync)) -> Vec<Done> {
     };
     pool.in_place_scope(|scope| {
         // The calling thread begins at once: the others may have to wake.
-        for _ in 1..pool.current_num_threads() {
+        for _ in 0..pool.current_num_threads() {
             scope.spawn(|_| work());
         }
         work();
