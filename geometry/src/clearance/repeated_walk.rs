@@ -7,7 +7,7 @@
 //!
 //! Where nothing has been near for a link of the way, a stride ends where handle 2 reaches handle 1 of the pose at which it begins: it is
 //! as long as a link. The other poses are left behind. Each is brought up when its turn comes again, by one search for a front handle
-//! for each link that it missed. So long strides that have to end early cost little.
+//! for each link that it missed, or replaced if it missed many. So long strides that have to end early cost little.
 //!
 //! The places are exact to about 10⁻¹² m for each link that the dragon has walked. They serve to rule out pairs. Pairs that may
 //! be near are placed by the chain rule again.
@@ -18,7 +18,11 @@ use glam::DVec2;
 
 use super::pose::Pose;
 use super::stride_extent::{PLACE_ERROR_M, StrideExtent, WalkedArc, is_kept_apart};
+use crate::dragon::chain::Handle;
 use crate::dragon::{Dimensions, Dragon};
+
+/// Handles of a chain that are solved in the time of one search for a front handle.
+const HANDLES_PER_FRONT: f64 = 16.0;
 
 /// Where a handle is or was.
 #[derive(Clone, Copy, Debug)]
@@ -181,10 +185,23 @@ impl RepeatedWalk {
         Some(Place::at(dragon, parameter))
     }
 
-    /// Brings up the first body until its handle 1 is ahead of handle 2 of the last pose.
+    /// Brings up the first body, if it is left behind, until its handle 1 is ahead of handle 2 of the last pose. A body that missed many
+    /// links is replaced by a new one.
     fn bring_up(&mut self, dragon: &Dragon) {
+        let last = self.earlier.0[2];
+        let behind = self.bodies.iter().take_while(|body| body[0].parameter <= last.parameter).count();
+        if behind == 0 {
+            return;
+        }
+        let missed = (last.travel_m - self.bodies[0][0].travel_m) / dragon.dimensions().link_m(1);
+        if missed > dragon.dimensions().benches() as f64 / HANDLES_PER_FRONT {
+            // Those left behind are then spread evenly before the next body.
+            let next = self.bodies.get(behind).map_or(self.earlier.0[1], |body| body[0]);
+            let ahead = (next.parameter - last.parameter) / (behind + 1) as f64;
+            self.bodies[0] = body_behind(dragon, last.parameter + ahead);
+        }
         while let Some(led) = self.bodies.front().map(|body| body[0].parameter)
-            && led <= self.earlier.0[2].parameter
+            && led <= last.parameter
             && let Some(front) = self.front_before(dragon, led, led)
         {
             let body = &mut self.bodies[0];
@@ -228,6 +245,17 @@ impl RepeatedWalk {
             }
         }
     }
+}
+
+/// Handle 1 at a parameter, and all behind it.
+fn body_behind(dragon: &Dragon, parameter: f64) -> VecDeque<Place> {
+    let front = Handle::new(parameter, dragon.route().point(parameter), 1.0);
+    let behind = dragon.chain_behind(1, &front).map(|handle| Place {
+        parameter: handle.parameter,
+        position: handle.position,
+        travel_m: dragon.route().travel(handle.parameter),
+    });
+    std::iter::once(Place::at(dragon, parameter)).chain(behind).collect()
 }
 
 fn places(pose: &Pose) -> impl Iterator<Item = Place> {
