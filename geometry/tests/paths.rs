@@ -5,14 +5,14 @@ use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
 use bench_dragon_geometry::clearance::{ContactSearch, ProvenTravel, first_contact, first_within};
-use bench_dragon_geometry::dragon::{ChainStepper, Dimensions, Dragon};
+use bench_dragon_geometry::dragon::{ChainStepper, Dimensions, Dragon, Meter};
 use bench_dragon_geometry::planner::{largest_speed_ratio, passage_through};
 use bench_dragon_geometry::route::{
     PathError, PathSegment, PathSpec, Placement, Route, RouteError, RouteSpec, Turnaround,
 };
 use glam::DVec2;
 use proptest::prelude::*;
-use test_support::dragons::{boards_at, handles_at, least_clearance_m, paper_benches};
+use test_support::dragons::{boards_at, handles_at, least_clearance_m, paper_benches, paper_dragon};
 use test_support::property::random_cases;
 
 fn build(spec: &RouteSpec, dimensions: &Dimensions) -> Result<Route, RouteError> {
@@ -371,6 +371,32 @@ proptest! {
         }
     }
 
+    /// A guard may begin anywhere, and extends its proof by parts of any length.
+    #[test]
+    fn a_proof_from_anywhere_in_parts_ends_where_the_whole_one_does(
+        dragon in crossing_dragons(), margin_m in 0.000_1..0.1_f64, share in 0.0..1.0_f64, part_m in 0.001..3.0_f64,
+    ) {
+        let from_m = dragon.start_travel_m() + share * (dragon.end_travel_m() - dragon.start_travel_m());
+        let Ok(mut whole) = ProvenTravel::at(&dragon, margin_m, from_m) else { return Ok(()) };
+        let mut parts = whole.clone();
+        whole.extend(f64::INFINITY, usize::MAX);
+        for _ in 0..200 {
+            parts.extend(parts.end_m() + part_m, usize::MAX);
+        }
+        parts.extend(f64::INFINITY, usize::MAX);
+        prop_assert!(whole.is_whole() && parts.is_whole());
+        // Where the clearance changes slowly, its rounding moves the end.
+        let [first_m, last_m] = if whole.end_m() < parts.end_m() {
+            [whole.end_m(), parts.end_m()]
+        } else {
+            [parts.end_m(), whole.end_m()]
+        };
+        for travel_m in [first_m, 0.5 * (first_m + last_m), last_m] {
+            let off_m = least_at(&dragon, travel_m) - margin_m;
+            prop_assert!(last_m - first_m < 1e-8 || off_m.abs() < 1e-8, "{first_m} and {last_m}: off by {off_m}");
+        }
+    }
+
     #[test]
     fn steps_equal_the_reference_solver_on_a_crossing_path(dragon in crossing_dragons(), step_m in 1e-4..0.04_f64) {
         let dragon = Arc::new(dragon);
@@ -387,4 +413,41 @@ proptest! {
             }
         }
     }
+}
+
+/// The search does not take a pair that hardly keeps the margin at the beginning for one that stays within it.
+#[test]
+fn a_proof_that_begins_at_the_margin_ends_there() {
+    let dragon = paper_dragon();
+    let from_m = 412.0;
+    let least_m = least_at(&dragon, from_m);
+    // The nearest pair closes up to the contact at 412.473838 m. Up to 10⁻¹² m over the clearance of the search counts as touching.
+    for over_m in [0.5e-12, 1.0e-12, 1.5e-12, 1.9e-12] {
+        let mut proven = ProvenTravel::at(&dragon, least_m + over_m, from_m).expect("it is the margin, up to rounding");
+        proven.extend(f64::INFINITY, usize::MAX);
+        assert!(proven.is_whole() && proven.end_m() < from_m + 1e-8, "{over_m}: proved up to {}", proven.end_m());
+    }
+}
+
+/// A call whose work is spent stops between two strides. The next one goes on there, with the pairs that the walk still needs.
+#[test]
+fn a_proof_with_little_work_at_a_time_reaches_the_end_of_the_run() {
+    let bend = |side: f64| PathSegment::Arc { radius_m: 9.0, turn: side * 0.8 * PI };
+    let street = RouteSpec::from(PathSpec {
+        segments: (0..24).map(|i| bend(1.0 - 2.0 * f64::from(i % 2))).collect(),
+        laps: None,
+    });
+    let dragon = dragon_on(&street, paper_benches(60));
+    let mut whole = ProvenTravel::at(&dragon, 0.05, 0.0).expect("no benches are near");
+    whole.extend(f64::INFINITY, usize::MAX);
+    assert_eq!(whole.end_m(), dragon.end_travel_m());
+    let metered = dragon.metered(&Meter::of(3_000));
+    let mut proven = ProvenTravel::at(&metered, 0.05, 0.0).expect("no benches are near");
+    let mut calls = 0;
+    while !proven.is_whole() {
+        proven.extend(f64::INFINITY, usize::MAX);
+        calls += 1;
+    }
+    assert_eq!(proven.end_m(), dragon.end_travel_m());
+    assert!(calls > 3, "{calls} calls");
 }

@@ -15,6 +15,13 @@ pub struct Contact {
     pub point: DVec2,
 }
 
+impl Contact {
+    /// Orders by travel, then by benches.
+    pub(super) fn order(&self, other: &Self) -> Ordering {
+        self.travel_m.total_cmp(&other.travel_m).then(self.benches.cmp(&other.benches))
+    }
+}
+
 /// Beginning or end of a contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PairEvent {
@@ -40,9 +47,8 @@ impl PairEvent {
         }
     }
 
-    /// Orders by travel, then by benches.
+    /// Orders as [`Contact::order`].
     pub(super) fn order(&self, other: &Self) -> Ordering {
-        let (ours, theirs) = (self.contact(), other.contact());
-        ours.travel_m.total_cmp(&theirs.travel_m).then(ours.benches.cmp(&theirs.benches))
+        self.contact().order(other.contact())
     }
 }

@@ -144,7 +144,9 @@ impl ContactSearch {
             return Ok(None);
         }
         let goes_on = self.searched_to_m.take() == Some(from_m);
-        if !goes_on && let Some(contact) = self.begin(from_m) {
+        if goes_on {
+            self.resume();
+        } else if let Some(contact) = self.begin(from_m) {
             return Ok(Some(contact));
         }
         while self.earlier.travel_m < to_m {
@@ -152,7 +154,9 @@ impl ContactSearch {
             let all_collected = if !self.repeats() {
                 self.stride(to_m);
                 let all_collected = self.collect_pairs();
-                self.walk.add(&self.later);
+                if self.reach.is_none() {
+                    self.walk.add(&self.dragon, &self.later);
+                }
                 all_collected
             } else if self.reach.is_none() {
                 self.stride_repeating(to_m);
@@ -166,6 +170,9 @@ impl ContactSearch {
             };
             let touch = self.earliest_touch();
             if !all_collected || self.dragon.meter().is_spent() {
+                // It has walked over a stride that is not searched.
+                self.walk.clear();
+                self.searched_to_m = Some(reached_m);
                 return Err(self.dragon.meter().spent(reached_m));
             }
             if touch.is_some() {
@@ -195,8 +202,16 @@ impl ContactSearch {
         }
         self.beginning.extend(self.earlier.handles.iter().map(|handle| handle.parameter));
         self.walk.clear();
-        self.walk.add(&self.earlier);
+        self.resume();
         None
+    }
+
+    /// Begins the walk at the present pose, unless it has come here.
+    fn resume(&mut self) {
+        if self.reach.is_none() && self.walk.is_empty() {
+            self.earlier.extend_to(&self.dragon, usize::MAX);
+            self.walk.add(&self.dragon, &self.earlier);
+        }
     }
 
     /// Finds all beginnings and ends of contacts between two travels, in order, each as exact as the result of
@@ -369,13 +384,10 @@ impl ContactSearch {
 
     /// The first contact of the collected pairs on the stride.
     fn earliest_touch(&self) -> Option<Contact> {
-        let touch = |&benches: &[usize; 2]| {
-            let (dragon, clearance_m) = (&self.dragon, self.clearance_m);
-            PairTracker::track(dragon, benches, clearance_m, &self.earlier, &self.later, &mut ControlFlow::Break)
-                .break_value()
-        };
-        let allowed = |_: &&[usize; 2]| !self.dragon.meter().is_spent();
-        self.pairs.iter().take_while(allowed).filter_map(touch).min_by(PairEvent::order).map(|event| *event.contact())
+        let Self { dragon, clearance_m, earlier, later, .. } = self;
+        let touch = |&benches: &[usize; 2]| PairTracker::first_touch(dragon, benches, *clearance_m, earlier, later);
+        let allowed = |_: &&[usize; 2]| !dragon.meter().is_spent();
+        self.pairs.iter().take_while(allowed).filter_map(touch).min_by(Contact::order)
     }
 }
 

@@ -98,6 +98,23 @@ impl<'a> PairTracker<'a> {
         Self::walk_between(pair, clearance_m, on_spiral, [pair.at(earlier), pair.at(later)], sink)
     }
 
+    /// The first touch of two benches of a dragon between two poses: at the first one, if they touch there. `None` also if the dragon's
+    /// meter is spent.
+    pub(super) fn first_touch(
+        dragon: &'a Dragon,
+        benches: [usize; 2],
+        clearance_m: f64,
+        earlier: &Pose,
+        later: &Pose,
+    ) -> Option<Contact> {
+        let begin = Moment::new(Pair::of(dragon, benches).at(earlier), clearance_m);
+        if begin.is_touching() {
+            return Some(Contact { travel_m: earlier.travel_m, benches, point: begin.approach().point });
+        }
+        let first = Self::track(dragon, benches, clearance_m, earlier, later, &mut ControlFlow::Break);
+        first.break_value().map(|event| *event.contact())
+    }
+
     /// The same for two benches of two dragons, whose timetables have no change of speed at once between the poses.
     pub(super) fn track_between(
         pair: Pair<'a>,

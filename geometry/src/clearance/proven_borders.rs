@@ -99,6 +99,11 @@ impl<'a> ProvenBorders<'a> {
         }
     }
 
+    /// Travel up to which all boards were followed.
+    pub(super) fn travel_m(&self) -> f64 {
+        self.travel_m
+    }
+
     /// Follows all boards up to a travel of the run, stride by stride.
     pub(super) fn extend(&mut self, to_m: f64, stride_m: f64) -> Reached {
         while self.travel_m < to_m {

@@ -62,7 +62,11 @@ impl<'a> ProvenTravel<'a> {
     /// # Errors
     /// The nearest pair, if it is nearer than the margin. For loose hinges: a pair that may be nearer in some pose. If the bounds
     /// prove nothing about the poses, it is the nearest pair.
+    ///
+    /// # Panics
+    /// Panics for a travel that does not lie within the run.
     pub fn at(dragon: &'a Dragon, margin_m: f64, travel_m: f64) -> Result<Self, PairClearance> {
+        dragon.require_travel(travel_m).expect("the travel lies within the run");
         let mut search = ContactSearch::within(dragon, (margin_m - ROUNDING_M).max(0.0));
         if let Ok(Some(nearest)) = search.first(travel_m, travel_m) {
             return Err(clearance_of(dragon, travel_m, nearest.benches));
@@ -84,8 +88,7 @@ impl<'a> ProvenTravel<'a> {
     }
 
     /// Extends the proof up to `to_m`. One call walks at most one stride more than `handles` divided by the dragon's number of
-    /// handles, rounded down. Pairs and borders each have the whole of the dragon's meter. If it is spent before the proof advances, the
-    /// proven travel ends permanently.
+    /// handles, rounded down. If the dragon's meter is spent before the proof advances, the proven travel ends permanently.
     pub fn extend(&mut self, to_m: f64, handles: usize) {
         let strides = 1 + handles / self.dragon.dimensions().handles();
         let stride_m = ApproachSearch::stride_m(self.dragon);
@@ -94,15 +97,16 @@ impl<'a> ProvenTravel<'a> {
             return;
         }
         self.dragon.meter().restart();
+        let borders_from_m = self.borders.as_ref().map_or(to_m, ProvenBorders::travel_m);
         let clear = match &mut self.borders {
             Some(borders) => borders.extend(to_m, stride_m),
             None => Reached { travel_m: to_m, is_end: false },
         };
-        self.dragon.meter().restart();
         let apart = self.pairs.extend(self.end_m, clear.travel_m);
         // Of what ends first.
         let is_end = apart.is_end || clear.is_end && apart.travel_m == clear.travel_m;
-        self.is_ended = is_end || apart.travel_m <= self.end_m;
+        let has_advanced = apart.travel_m > self.end_m || clear.travel_m > borders_from_m;
+        self.is_ended = is_end || !has_advanced;
         self.end_m = self.end_m.max(apart.travel_m);
     }
 

@@ -21,6 +21,8 @@ use super::stride_extent::{PLACE_ERROR_M, StrideExtent, WalkedArc, is_kept_apart
 use crate::dragon::chain::Handle;
 use crate::dragon::{Dimensions, Dragon};
 
+/// Shortest way of handle 1 from a body that is kept to the next one, in lengths of a link.
+const LEAST_LINKS: f64 = 0.125;
 /// Handles of a chain that are solved in the time of one search for a front handle.
 const HANDLES_PER_FRONT: f64 = 16.0;
 
@@ -35,8 +37,8 @@ struct Place {
 /// A walk in strides after which the body repeats.
 #[derive(Clone, Debug, Default)]
 pub(super) struct RepeatedWalk {
-    /// The places of handle 1 and all behind it at poses, the pose of the last stride at the end. Handle 1 of each is ahead of handle 2
-    /// of the one before it, and of the last pose unless long strides left it behind.
+    /// The places of handle 1 and all behind it at some of the last poses, in their order. Handle 1 of each is ahead of handle 2 of the one
+    /// before it, and of the last pose unless long strides left it behind.
     bodies: VecDeque<VecDeque<Place>>,
     /// Parameters of handles 1 and 2 at the end of the run, if they were calculated.
     end: Option<[f64; 2]>,
@@ -114,12 +116,20 @@ impl RepeatedWalk {
         self.quiet = 0;
     }
 
-    /// Adds a pose with all its handles, later than the others.
-    pub(super) fn add(&mut self, pose: &Pose) {
+    /// Whether no pose is known.
+    pub(super) fn is_empty(&self) -> bool {
+        self.bodies.is_empty()
+    }
+
+    /// Adds a pose with all its handles, later than the others. Of poses that are very close, the first one is enough.
+    pub(super) fn add(&mut self, dragon: &Dragon, pose: &Pose) {
         self.earlier.set(places(pose));
         let last = pose.handles[2].parameter;
         self.bodies.retain(|body| body[0].parameter > last);
-        self.bodies.push_back(places(pose).skip(1).collect());
+        let since_m = self.bodies.back().map_or(f64::INFINITY, |body| pose.handle_travels_m[1] - body[0].travel_m);
+        if since_m >= LEAST_LINKS * dragon.dimensions().link_m(1) {
+            self.bodies.push_back(places(pose).skip(1).collect());
+        }
     }
 
     /// Walks the next stride after which the body repeats, and replaces `pairs` by those pairs with a leading bench that may come within

@@ -213,7 +213,7 @@ impl Dragon {
     }
 
     /// Returns an error for a travel that is not feasible.
-    fn require_travel(&self, travel_m: f64) -> Result<(), TravelOutOfRange> {
+    pub(crate) fn require_travel(&self, travel_m: f64) -> Result<(), TravelOutOfRange> {
         let (start_travel_m, end_travel_m) = (self.start_travel_m(), self.end_travel_m());
         let within = travel_m >= start_travel_m && travel_m <= end_travel_m;
         if within { Ok(()) } else { Err(TravelOutOfRange { travel_m, start_travel_m, end_travel_m }) }
