@@ -91,11 +91,8 @@ impl<'a> PairTracker<'a> {
         sink: &mut impl FnMut(PairEvent) -> ControlFlow<PairEvent>,
     ) -> ControlFlow<PairEvent> {
         let pair = Pair::of(dragon, benches);
-        let on_spiral = || {
-            dragon.meter().add((benches[1] - benches[0]) as u64);
-            PairMotion::on_spiral(dragon, benches, earlier, later)
-        };
-        Self::walk_between(pair, clearance_m, on_spiral, [pair.at(earlier), pair.at(later)], sink)
+        let ends = [earlier, later].map(|pose| Moment::new(pair.at(pose), clearance_m));
+        Self::walk_between(pair, clearance_m, on_spiral(dragon, benches, earlier, later), ends, sink)
     }
 
     /// The first touch of two benches of a dragon between two poses: at the first one, if they touch there. `None` also if the dragon's
@@ -107,11 +104,13 @@ impl<'a> PairTracker<'a> {
         earlier: &Pose,
         later: &Pose,
     ) -> Option<Contact> {
-        let begin = Moment::new(Pair::of(dragon, benches).at(earlier), clearance_m);
-        if begin.is_touching() {
-            return Some(Contact { travel_m: earlier.travel_m, benches, point: begin.approach().point });
+        let pair = Pair::of(dragon, benches);
+        let ends = [earlier, later].map(|pose| Moment::new(pair.at(pose), clearance_m));
+        if ends[0].is_touching() {
+            return Some(Contact { travel_m: earlier.travel_m, benches, point: ends[0].approach().point });
         }
-        let first = Self::track(dragon, benches, clearance_m, earlier, later, &mut ControlFlow::Break);
+        let motion = on_spiral(dragon, benches, earlier, later);
+        let first = Self::walk_between(pair, clearance_m, motion, ends, &mut ControlFlow::Break);
         first.break_value().map(|event| *event.contact())
     }
 
@@ -122,7 +121,7 @@ impl<'a> PairTracker<'a> {
         ends: [PairPose; 2],
         sink: &mut impl FnMut(PairEvent) -> ControlFlow<PairEvent>,
     ) -> ControlFlow<PairEvent> {
-        Self::walk_between(pair, clearance_m, || None, ends, sink)
+        Self::walk_between(pair, clearance_m, || None, ends.map(|pose| Moment::new(pose, clearance_m)), sink)
     }
 
     /// A parameter, from one pose to a later one, at which two benches of two dragons touch. `None` if they are proved to touch nowhere,
@@ -166,10 +165,9 @@ impl<'a> PairTracker<'a> {
         pair: Pair<'a>,
         clearance_m: f64,
         motion: impl FnOnce() -> Option<PairMotion>,
-        ends: [PairPose; 2],
+        [earlier, later]: [Moment; 2],
         sink: &mut impl FnMut(PairEvent) -> ControlFlow<PairEvent>,
     ) -> ControlFlow<PairEvent> {
-        let [earlier, later] = ends.map(|pose| Moment::new(pose, clearance_m));
         let tracker = Self { pair, clearance_m, length: later.pose.parameter - earlier.pose.parameter, motion: None };
         if !pair.may_look() || tracker.is_settled(&earlier, &later) {
             return ControlFlow::Continue(());
@@ -259,5 +257,18 @@ impl<'a> PairTracker<'a> {
             (true, false) => Some(PairEvent::Part(contact(earlier))),
             _ => None,
         }
+    }
+}
+
+/// The motion of two benches of a dragon from one pose to a later one, if the pair stays on a spiral.
+fn on_spiral<'p>(
+    dragon: &'p Dragon,
+    benches: [usize; 2],
+    earlier: &'p Pose,
+    later: &'p Pose,
+) -> impl FnOnce() -> Option<PairMotion> + 'p {
+    move || {
+        dragon.meter().add((benches[1] - benches[0]) as u64);
+        PairMotion::on_spiral(dragon, benches, earlier, later)
     }
 }
