@@ -168,8 +168,7 @@ pub(crate) struct PolarFormula {
 }
 
 impl Evaluate for PolarFormula {
-    #[allow(clippy::inline_always, reason = "called apart, it makes searches up to a sixth slower")]
-    #[inline(always)]
+    #[inline]
     fn at(&self, parameter: f64) -> RoutePoint {
         let angle = self.angle + self.turn * parameter;
         let (radius_m, slope_m) = (self.radius_m + self.radius_per_radian_m * angle, self.radius_per_radian_m);

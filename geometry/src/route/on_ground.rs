@@ -203,8 +203,8 @@ impl Route {
         if end.is_finite() { self.travel(end) } else { last.travel(end) }
     }
 
-    /// The point of the plan at a parameter.
-    #[inline]
+    /// The point of the plan at a parameter. Inlined into its callers it leaves less room there, and makes a search up to a sixth slower.
+    #[inline(never)]
     pub(super) fn plan_point(&self, parameter: f64) -> RoutePoint {
         self.segment_at(parameter).kernel.at(parameter)
     }
