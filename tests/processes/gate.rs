@@ -66,6 +66,8 @@ impl Gate {
         let mut command = Command::new(self.path("tests/run"));
         command.args(args).env("PATH", self.path("bin")).env("CARGO_TARGET_DIR", self.path("target"));
         command.env("BENCH_DRAGON_PYTHON", "python").env("BENCH_DRAGON_NODE", "node").env_remove("CI");
+        // The folder of programs has no `nproc`.
+        command.env("RUST_TEST_THREADS", "2");
         if is_ci {
             command.env("CI", "true");
         }
