@@ -132,7 +132,8 @@ impl ContactSearch {
     /// body handle has reached the start position of the handle before it: each pair takes an earlier position of the pair one
     /// bench further ahead. From then on, only pairs with one of the first two benches are evaluated. If the bounds of the coil
     /// rule out all contacts up to the beginning, only these pairs are evaluated from the beginning. A search that starts where
-    /// the last one ended, or where its work was spent, continues it. The search ends as soon as the bounds rule out all contacts of these two benches.
+    /// the last one ended, or where its work was spent, continues it. The search ends as soon as the bounds rule out all contacts
+    /// of these two benches.
     ///
     /// # Errors
     /// The dragon's meter is spent before the search is finished, or too many pairs are near each other. No benches touch up to
