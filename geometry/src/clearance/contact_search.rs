@@ -171,7 +171,7 @@ impl ContactSearch {
             };
             let touch = self.earliest_touch();
             if !all_collected || self.dragon.meter().is_spent() {
-                // It has walked over a stride that is not searched.
+                // The walk has gone over a stride whose pairs are not all searched.
                 self.walk.clear();
                 self.searched_to_m = Some(reached_m);
                 return Err(self.dragon.meter().spent(reached_m));

@@ -103,7 +103,7 @@ impl<'a> ProvenTravel<'a> {
             None => Reached { travel_m: to_m, is_end: false },
         };
         let apart = self.pairs.extend(self.end_m, clear.travel_m);
-        // Of what ends first.
+        // The proven travel ends where the first of the two proofs does.
         let is_end = apart.is_end || clear.is_end && apart.travel_m == clear.travel_m;
         let has_advanced = apart.travel_m > self.end_m || clear.travel_m > borders_from_m;
         self.is_ended = is_end || !has_advanced;
